@@ -14,6 +14,7 @@ from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError
 from grainlaw.material import Elastic, Material, Rigid
 from grainlaw.runs.elastic_properties import elastic_properties
+from grainlaw.short_form import rounded
 from grainlaw.specimen import Specimen
 
 STIFF = "Pa/m"
@@ -145,8 +146,8 @@ def fit_stiffness(
     stiffest = search.constants(normal * REACH, RATIOS[1])[0]
     if not modulus < stiffest * (1 - ACCURACY):
         raise ParameterError(
-            f"calibrate: youngs_modulus = {modulus:g} Pa cannot be had between these grains: contacts as stiff as can "
-            f"be give {stiffest:.4g} Pa; take stiffer grains, or let elastic be 'grains', which finds their modulus too"
+            f"calibrate: youngs_modulus = {_pa(modulus)} cannot be had between these grains: contacts as stiff as can "
+            f"be give {_pa(stiffest)}; take stiffer grains, or let elastic be 'grains', which finds their modulus too"
         )
     if poisson is None:
         normal = _normal_for(search, modulus, normal, lambda log: ratio)
@@ -171,10 +172,15 @@ def _normal_for(search: StiffnessSearch, modulus: float, normal: float, ratio: C
     if gap(ends[0]) * gap(ends[1]) > 0:
         low, high = sorted(modulus * (gap(end) + 1) for end in ends)
         raise ParameterError(
-            f"calibrate: youngs_modulus = {modulus:g} Pa cannot be had with this ratio of the stiffnesses, it gives "
-            f"{low:.4g} to {high:.4g} Pa"
+            f"calibrate: youngs_modulus = {_pa(modulus)} cannot be had with this ratio of the stiffnesses, it gives "
+            f"{_pa(low)} to {_pa(high)}"
         )
     return math.exp(scipy.optimize.brentq(gap, *ends, xtol=1e-4))
+
+
+def _pa(value: float) -> str:
+    """A modulus in words."""
+    return rounded(value, "Pa")
 
 
 def _both(search: StiffnessSearch, modulus: float, poisson: float, normal: float, ratio: float) -> tuple[float, float]:
@@ -197,7 +203,7 @@ def _both(search: StiffnessSearch, modulus: float, poisson: float, normal: float
     if abs(off[0]) > ACCURACY or abs(off[1]) > ACCURACY * max(abs(poisson), 0.1):
         nus = _poisson_range(search, modulus, float(np.exp(logs[0])))
         raise UnreachableError(
-            f"calibrate: youngs_modulus = {modulus:g} Pa with poissons_ratio = {poisson:g} cannot be had between these "
+            f"calibrate: youngs_modulus = {_pa(modulus)} with poissons_ratio = {poisson:g} cannot be had between these "
             f"grains: with this modulus Poisson's ratio lies between {min(nus):.3f} and {max(nus):.3f}; take other "
             "grains, or let elastic be 'grains'",
             _within(poisson, min(nus), max(nus)),
