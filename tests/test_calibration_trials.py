@@ -11,12 +11,14 @@ from study_cases import refuse_to_run
 from support import ROCK, STIFF
 
 import grainlaw as gl
-from grainlaw.calibration import trials
 from grainlaw.calibration.stiffness_search import _found, fit_stiffness, stiffness_names, with_grains
 from grainlaw.calibration.trials import USUAL, StudySimulator, TrialCase, checked_specimens, checked_tests
 from grainlaw.geometry import Voronoi, rectangle
 from grainlaw.laws import CohesiveCrack, MohrCoulomb, MunjizaJoint
 from grainlaw.protocols import BiaxialCompression, UniaxialCompression, UniaxialTension
+from grainlaw.runs.estimate import in_words
+from grainlaw.studies.case import Task
+from grainlaw.studies.workers import Watcher
 from grainlaw.units import GPa, MPa, mm
 
 BRITTLE = MohrCoulomb(
@@ -95,7 +97,7 @@ def test_modulus_and_poissons_ratio_are_met_by_statics(modulus, poisson, what):
 @pytest.mark.parametrize(
     ("modulus", "poisson", "what", "words"),
     [
-        (62 * GPa, 0.25, "contacts", r"youngs_modulus = 6.2e.10 Pa cannot be had between these grains.*let elastic be"),
+        (62 * GPa, 0.25, "contacts", r"youngs_modulus = 62 GPa cannot be had between these grains.*let elastic be"),
         (
             45 * GPa,
             0.45,
@@ -276,19 +278,31 @@ def test_stiffnesses_that_were_found_say_how_many_solutions_they_took():
 
 
 def test_a_calibration_is_told_as_a_whole(tmp_path, monkeypatch):
-    """Tests that are done of all that can be, and the time that the rest takes if it goes on so."""
-    said = []
-    bar = SimpleNamespace(tell=lambda share, words: said.append((share, words)))
+    """Tests that are done of all that can be, and the time that the rest takes if it goes on so, from the first minute.
+
+    Of 50 tests two are in the store. One of the first ten is half through after 4 s, another has not told of itself:
+    ten tests of 8 s, less 4 s, and 38 others two at a time. When one has taken 6 s in 12 s, 9 and 38 others take 12 s.
+    """
+    said, now = [], 100.0
+    monkeypatch.setattr("grainlaw.studies.workers.time", SimpleNamespace(monotonic=lambda: now))
     made = simulator(tmp_path / "s", pressures=(2e6, 4e6))
-    made.bar = bar
-    made._tell()
-    assert said == []  # where nothing is planned
+    made.whole.tell(3.0)  # where nothing is planned
+    made.whole.bar = SimpleNamespace(tell=lambda share, words: said.append((share, words)))
     made.plan(["ucs", "tensile_strength", "cohesion", "strength at 9 MPa"], 10)
-    assert made.planned == 10 * (1 + 1 + 3)  # pressed, pulled, and under 2, 4 and 9 MPa
-    made.cases = {"a", "b", "c", "d", "e"}
-    monkeypatch.setattr(trials.time, "monotonic", lambda: made.began + 60.0)
-    made._tell()
-    assert said == [(0.1, "5 of at most 50 tests, about 9 min left")]
-    made.planned = 4
-    made._tell()
-    assert said[1:] == [(1.0, "5 of at most 4 tests")]
+    assert made.whole.planned == 10 * (1 + 1 + 3)  # pressed, pulled, and under 2, 4 and 9 MPa
+    made.whole.done = {"kept", "too"}
+    tasks = [Task(f"{k}", {"test": "tension", "seed": k}) for k in range(10)]
+    by = SimpleNamespace(doing=lambda: {"0": {"share": 0.5, "where": "", "seconds": 4.0, "left": 4.0}, "1": {}})
+    watcher = Watcher(tasks, by, None, made.whole.file, made.whole)
+    now += 4.0
+    watcher.look()
+    now += 8.0
+    watcher.done(tasks[0], {"status": "finished", "cost": {"seconds": 6.0}})
+    early, late = (10 * 8 - 4 + 38 * 8) / 2, (9 + 38) * 12
+    assert said == [
+        (0.04, f"2 of at most 50 tests, at most about {in_words(early)} left"),
+        (0.06, f"3 of at most 50 tests, at most about {in_words(late)} left"),
+    ]
+    made.whole.planned = 2
+    made.whole.tell(0.0)
+    assert said[2:] == [(1.0, "3 of at most 2 tests")]

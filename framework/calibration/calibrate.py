@@ -7,6 +7,7 @@ import os
 import sys
 import warnings
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from typing import Any
 
 import attrs
@@ -81,10 +82,12 @@ def calibrate(
     names = [name for name in measured_by(wanted, targets) if not AIMS[name].is_elastic]
     first, others = range(1, seeds + 1), range(seeds + 1, seeds + more + 1)
     last = range(seeds + more + 1, seeds + more + fresh + 1)
-    with shown_in(progress, stays=True, speaks=True) as bars:
+    with ExitStack() as stack:
+        bars = stack.enter_context(shown_in(progress, stays=True, speaks=True))
         simulator = StudySimulator(case, space.powers, targets.pressures, store, bars=bars, workers=workers, on=on)
         simulator.weakest = space.weakest
         simulator.plan(names, seeds * budget + 2 * more + fresh)
+        stack.enter_context(simulator.whole.file)
         tell = functools.partial(print, file=sys.stderr, flush=True) if progress else lambda words: None
         search = Search(space, targets.tested, names, simulator, first, budget, seed, others, tell)
         search, stiffness, look = _aimed(search, simulator, targets, shapes, elastic)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-import time
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import attrs
@@ -20,14 +20,16 @@ from grainlaw.messages import nearest, refusal, short
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols import BiaxialCompression, Brazilian, SemiCircularBend, UniaxialCompression, UniaxialTension
 from grainlaw.results.standard_measures import MEASURES
-from grainlaw.runs.estimate import in_words
 from grainlaw.runs.parallel import Run
 from grainlaw.runs.progress import Progress
+from grainlaw.runs.progress_file import of_process
+from grainlaw.runs.record import program
 from grainlaw.specimen import Specimen
 from grainlaw.strength import Until
 from grainlaw.studies.envelope import fit_mohr_coulomb
 from grainlaw.studies.study import Study
 from grainlaw.studies.table import Table
+from grainlaw.studies.workers import Whole
 
 Values = dict[str, np.ndarray]  #: of each quantity (n, seeds), nan where a test failed
 
@@ -148,9 +150,8 @@ class StudySimulator(Simulator):
         bars: Progress | None = None, **options: Any,
     ) -> None:  # fmt: skip
         self.case, self.powers, self.pressures = case, powers, tuple(pressures)
-        self.store, self.options = store, {"progress": bars or False, **options}
-        self.bar = bars.bar("calibration") if bars else None
-        self.planned, self.began = 0, time.monotonic()
+        self.whole = Whole("calibration", 0, of_process(Path(store), {"program": program()}), bars)
+        self.store, self.options = store, {"progress": bars or False, "whole": self.whole, **options}
         self.weakest = 1.0  #: scale for which courses of tests without confinement are long enough
         self.failures: list[Failure] = []
         self.cpu = 0.0
@@ -165,20 +166,12 @@ class StudySimulator(Simulator):
     def plan(self, quantities: Sequence[str], specimens: int) -> None:
         """Say that on so many specimens these quantities are measured at most."""
         levels = len(self._confinements(quantities))
-        self.planned = specimens * sum(levels if test == CONFINED else 1 for test in needed_tests(quantities))
+        self.whole.planned = specimens * sum(levels if test == CONFINED else 1 for test in needed_tests(quantities))
 
     def _confinements(self, quantities: Sequence[str]) -> list[float]:
         """Pa, under which quantities are measured."""
         aims = [AIMS[name] for name in quantities if CONFINED in AIMS[name].tests]
         return [*dict.fromkeys(p for aim in aims for p in ((aim.confinement,) if aim.confinement else self.pressures))]
-
-    def _tell(self) -> None:
-        if self.bar is None or not self.planned:
-            return
-        done = len(self.cases)
-        left = (time.monotonic() - self.began) * (self.planned / max(done, 1) - 1)
-        words = f"{done} of at most {self.planned} tests" + (f", about {in_words(left)} left" if left > 0 else "")
-        self.bar.tell(min(done / self.planned, 1.0), words)
 
     def values(
         self, points: Sequence[Mapping[str, float]], quantities: Sequence[str], seeds: Sequence[int],
@@ -201,7 +194,6 @@ class StudySimulator(Simulator):
         measures = [MEASURES[name] for name in MEASURED]
         table = Study(self.case, cases=cases, seed=list(seeds), measures=measures).run(self.store, **self.options)
         rows = self._rows(table)
-        self._tell()
         found = {name: np.full((len(points), len(seeds)), np.nan) for name in quantities}
         for point in points:
             self.points.setdefault(tuple(point.values()), len(self.points))
@@ -224,6 +216,7 @@ class StudySimulator(Simulator):
         for key, cost in zip(table.cases, table.costs, strict=True):
             if key not in self.cases:
                 self.cases.add(key)
+                self.whole.done.add(key)  # also of those that the store had
                 self.cpu += float(cost.get("cpu") or 0.0)
         keys = (*self.names, "test", "scale", "confinement", "seed")
         return {tuple(row[key] for key in keys): row for row in table.rows}

@@ -15,6 +15,7 @@ from filelock import FileLock, Timeout
 
 from grainlaw.fields import ParameterError
 from grainlaw.results.files import file_name, writable_folder
+from grainlaw.runs.progress_file import PROGRESS
 
 RUN, CHECKPOINT, FRAMES, LOCK = "run.json", "checkpoint.npz", "frames", ".grainlaw.lock"
 LAW_FILES = "law_files"  #: folder of the copies of a user's law files, with folders of their own
@@ -28,7 +29,7 @@ WHOLE = "whole"  #: in it: a file that says that all of the old run lies there
 FOR_RESTART = (CHECKPOINT, f"{FRAMES}/*.npz", FRAMES)
 #: what runs write to their folders, and --overwrite removes; the record last, for it says that this is a run
 WRITTEN = (
-    *FOR_RESTART, "config.toml", "summary.json", "curves.csv", "cracks.csv", "report.html",
+    *FOR_RESTART, PROGRESS, "watch.html", "config.toml", "summary.json", "curves.csv", "cracks.csv", "report.html",
     "comparison.png", "cracks_*.png", f"{LAW_FILES}/**/*", LAW_FILES, f"{MATERIAL_FILES}/**/*", MATERIAL_FILES,
     f"{GRAIN_FILES}/*", GRAIN_FILES,
     *(f"{name}{end}" for name in ("grains", "cracks", "contacts") for end in (".pvd", "_*.vtu")), RUN,
@@ -90,7 +91,7 @@ def claimed(
         raise ParameterError(f"the folder '{path}' is in use: another run writes to it now") from None
     try:
         for rest in (*path.glob(".*.part*"), *path.glob("*/.*.part*")):  # of a run that was killed
-            rest.unlink()
+            rest.unlink(missing_ok=True)
         _bring_back(path)  # a run that was to replace it ended before it had begun
         if overwrite:
             _set_aside(path)

@@ -10,16 +10,19 @@ from collections.abc import Iterable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
+import attrs
 import numpy as np
 
-from grainlaw.columns import COURSE, LOAD, quantity_of
+from grainlaw.columns import COURSE, LOAD, cracks, quantity_of
 from grainlaw.engine.state import State
 from grainlaw.observation import Observer
 from grainlaw.runs.estimate import in_words
+from grainlaw.runs.progress_file import ProgressFile
 from grainlaw.stage import Stage
 
 OFTEN = 0.3  #: s between two pictures
 SILENCE = 30.0  #: s between lines where there is no terminal
+POINTS = 120  #: of a curve that others look at
 
 
 class Progress(logging.Handler):
@@ -126,22 +129,66 @@ def shown_in(progress: Shown, **how: bool) -> AbstractContextManager[Progress | 
     return Progress(**how) if progress else nullcontext(None)
 
 
+class Pace:
+    """How far a run is, and how long it usually still takes."""
+
+    def __init__(self) -> None:
+        self.began = time.monotonic()
+        self._first: tuple[float, int] | None = None  #: s by the clock, and steps, at the first sample
+
+    def __call__(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> Going:
+        now = time.monotonic()
+        first, steps = self._first = self._first or (now, state.steps)
+        left = max((state.usual_end - state.time) / state.time_step, 0.0) if progress < 1 else 0.0
+        pace = (now - first) / (state.steps - steps) if state.steps > steps else 0.0
+        return Going(progress, where_is(stage, curves), now - self.began, left * pace)
+
+
+@attrs.frozen
+class Going:
+    """How far a run is in its present stage."""
+
+    share: float  #: of the stage
+    where: str  #: the stage, and the last readings
+    seconds: float  #: s since the run began
+    left: float  #: s that the stage usually still takes; 0 where that is not known
+
+    @property
+    def words(self) -> str:
+        """Where it is, and the time left."""
+        return self.where + (f", {in_words(self.left)} left" if self.left else "")
+
+
 class RunBar(Observer):
-    """Tells a bar how far a run is, and how long it usually still takes. No part of what a checkpoint keeps."""
+    """Tells a bar how far a run is. No part of what a checkpoint keeps."""
 
     def __init__(self, bar: Bar) -> None:
-        self.bar = bar
-        self.began: tuple[float, int] | None = None  #: s by the clock, and steps, at the first sample
+        self.bar, self.pace = bar, Pace()
 
     def observe(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> None:
-        left = self._left(state) if progress < 1 else 0.0
-        self.bar.tell(progress, where_is(stage, curves) + (f", {in_words(left)} left" if left else ""))
+        going = self.pace(state, curves, stage, progress)
+        self.bar.tell(going.share, going.words)
 
-    def _left(self, state: State) -> float:
-        now = time.monotonic()
-        began, steps = self.began = self.began or (now, state.steps)
-        left = (state.usual_end - state.time) / state.time_step
-        return max(left, 0.0) * (now - began) / (state.steps - steps) if state.steps > steps else 0.0
+
+class RunFile(Observer):
+    """Tells a file how far a run is. No part of what a checkpoint keeps."""
+
+    def __init__(self, file: ProgressFile) -> None:
+        self.file, self.pace = file, Pace()
+
+    def observe(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> None:
+        going = self.pace(state, curves, stage, progress)
+        if self.file.is_due or progress >= 1:
+            names, rows = thinned(curves)
+            self.file.tell(**attrs.asdict(going), columns=names, rows=rows, cracks=int(cracks(curves)[-1]))
+
+
+def thinned(curves: Mapping[str, np.ndarray]) -> tuple[list[str], list[list[float]]]:
+    """The columns of how far a test is and of what it applies, and some rows of both, the last one among them."""
+    names = [name for kind in (COURSE, LOAD) if (name := next((n for n in kind if n in curves), None))]
+    count = len(next(iter(curves.values()), ()))
+    rows = np.unique(np.linspace(0, count - 1, min(count, POINTS)).round().astype(int))
+    return names, [list(row) for row in zip(*(curves[name][rows].tolist() for name in names), strict=True)]
 
 
 def where_is(stage: Stage, curves: Mapping[str, np.ndarray]) -> str:
@@ -153,7 +200,7 @@ def where_is(stage: Stage, curves: Mapping[str, np.ndarray]) -> str:
 
 def without_bars(observers: Iterable[Observer]) -> list[Observer]:
     """Those of which a checkpoint keeps what they have."""
-    return [observer for observer in observers if not isinstance(observer, RunBar)]
+    return [observer for observer in observers if not isinstance(observer, (RunBar, RunFile))]
 
 
 def _console() -> Any:

@@ -36,6 +36,7 @@ from grainlaw.results.files import warn, without_nan
 from grainlaw.results.tables import write_json
 from grainlaw.runs.claim import RUN
 from grainlaw.runs.identity import digest, sources_hash
+from grainlaw.runs.progress_file import this_process
 from grainlaw.runs.stopping import Stopped
 from grainlaw.specimen import Specimen
 from grainlaw.tessellation import Tessellation
@@ -203,12 +204,17 @@ def _kinds(component: Any) -> Iterator[type | FunctionType]:
         yield component
 
 
+def program() -> list[str]:
+    """The program that runs, and its arguments."""
+    main: ModuleType | None = sys.modules.get("__main__")
+    return [str(getattr(main, "__file__", None) or "interactive"), *sys.argv[1:]]
+
+
 def origin() -> dict[str, Any]:
     """When, by which program and with what something is made."""
-    main: ModuleType | None = sys.modules.get("__main__")
     return {
         "started": datetime.now().isoformat(timespec="seconds"),
-        "program": [str(getattr(main, "__file__", None) or "interactive"), *sys.argv[1:]],
+        "program": program(),
         "grainlaw": {"version": versions()["grainlaw"], "revision": revision()},
         "made_with": made_with(),
     }
@@ -220,7 +226,7 @@ def recorded(folder: Path, content: Mapping[str, Any]) -> Iterator[None]:
 
     Where the file cannot be written at the end it warns (:class:`~grainlaw.results.files.OutputWarning`).
     """
-    record = {"status": "running", **origin(), **content}
+    record = {"status": "running", "process": this_process(), **origin(), **content}
     write_json(folder / RUN, record)
     began = time.monotonic()
     try:
@@ -229,6 +235,7 @@ def recorded(folder: Path, content: Mapping[str, Any]) -> Iterator[None]:
     except BaseException as error:
         known = isinstance(error, (StageError, InstabilityError, Stopped, ParameterError, OSError))
         record["status"] = str(error) if known else f"{type(error).__name__}: {error}"
+        record["stopped"] = isinstance(error, KeyboardInterrupt)
         raise
     finally:
         record["duration"] = time.monotonic() - began

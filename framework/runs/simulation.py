@@ -37,7 +37,8 @@ from grainlaw.runs.plausibility import (
     refuse_lost_pressures,
     warn_of_scales,
 )
-from grainlaw.runs.progress import RunBar, Shown, shown_in
+from grainlaw.runs.progress import RunBar, RunFile, Shown, shown_in
+from grainlaw.runs.progress_file import PROGRESS, ProgressFile
 from grainlaw.runs.run_folder import RunFolder, checkpoint_of
 from grainlaw.runs.stepper import Stepper
 from grainlaw.runs.stopping import Stop, Stopped
@@ -127,6 +128,7 @@ def simulate(
         stack.enter_context(record.recorded(claim.path, {**about, **what}))
         folder = RunFolder(claim, every, what["key"])
         stack.callback(folder.close)
+        watching.append(RunFile(stack.enter_context(ProgressFile(claim.path / PROGRESS))))
         run = execution(folder)
         if found is not None:
             run.go_on_from(found)

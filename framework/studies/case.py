@@ -32,13 +32,12 @@ from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
 from grainlaw.runs.first_questions import ask_first_questions
 from grainlaw.runs.parallel import Run
-from grainlaw.runs.progress import where_is
-from grainlaw.stage import Stage
+from grainlaw.runs.progress import RunFile
+from grainlaw.runs.progress_file import ProgressFile
 from grainlaw.studies.store import KILLED
 from grainlaw.tessellation import TilingError
 
 FINISHED, SAME = "finished", "same"
-OFTEN = 0.5  #: s between words of a worker
 REFUSALS = (ParameterError, CompilationError, TilingError)
 
 
@@ -180,20 +179,6 @@ def watching(folder: str, case: str) -> Iterator[list[Observer]]:
     file = Path(folder) / f"{case}.{os.getpid()}"
     file.touch()
     try:
-        yield [Watch(file)]
+        yield [RunFile(ProgressFile(file))]
     finally:
         file.unlink(missing_ok=True)
-
-
-class Watch(Observer):
-    """Writes the stage and the progress of a run to a file now and then."""
-
-    def __init__(self, file: Path) -> None:
-        self.file, self.told = file, 0.0
-
-    def observe(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> None:
-        if time.monotonic() - self.told < OFTEN:
-            return
-        self.told = time.monotonic()
-        with contextlib.suppress(OSError):  # it is only for the eye
-            self.file.write_text(f"{progress:.3f} {where_is(stage, curves)}", encoding="utf-8")

@@ -10,6 +10,7 @@ import sys
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -30,13 +31,15 @@ from grainlaw.runs.identity import Unknown, digest, fingerprint_of, own_modules
 from grainlaw.runs.parallel import Run
 from grainlaw.runs.plausibility import warn_of_scales
 from grainlaw.runs.progress import Progress, Shown, shown_in
+from grainlaw.runs.progress_file import ProgressFile, of_process
+from grainlaw.runs.record import program
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.studies.case import FINISHED, SAME, Done, Recipe, Task, compiled
 from grainlaw.studies.cost import StudyCost, cost_of
 from grainlaw.studies.design import Design, Factors, check_results, check_signature, factorial, listed
 from grainlaw.studies.store import KILLED, InMemory, Kept, Store
 from grainlaw.studies.table import Table
-from grainlaw.studies.workers import Watcher, carry_all, workers
+from grainlaw.studies.workers import Watcher, Whole, carry_all, workers
 
 CROWDED = 8  #: workers of one core that are told
 SEVERAL = 8  #: levels of a factor that are tried before anything is run; of more numbers the first and the outermost
@@ -94,6 +97,7 @@ class Study(metaclass=Checked):
     def run(
         self, folder: Folder | None = None, *, on: Any = None, workers: int | None = None,
         shard: tuple[int, int] | None = None, progress: Shown = True, stop: Stop | None = None,
+        whole: Whole | None = None,
     ) -> Table:  # fmt: skip
         """Carry out the cases that the store in ``folder`` does not have, and return the table of all.
 
@@ -102,7 +106,7 @@ class Study(metaclass=Checked):
         ``concurrent.futures``, a client of Dask, or the address of its scheduler; or on a :class:`~grainlaw.Gpu`, with
         so many ``workers`` at a time, at first as many as it does side by side. ``shard`` is (k, n): every n-th case
         from the k-th on, for n jobs that share one store. What is interrupted goes on with the same call; a case that
-        failed is tried again only if it was killed.
+        failed is tried again only if it was killed. ``whole`` is what this study is a part of.
 
         Raises :class:`ParameterError` before anything is run where a level is refused, with its factor, and after the
         first case where a factor has the name of a result; :class:`ExecutorError` where the workers are gone;
@@ -125,23 +129,32 @@ class Study(metaclass=Checked):
         mine = (pair for k, pair in enumerate(self._cases()) if k % turn[1] == turn[0])
         missing = [Task(case, factors) for case, factors in mine if case not in store]
         if missing:
-            self._try_levels(missing, compile_too=on is None)
-            missing = self._with_known(missing, store)
-            try:
-                with stop.by_signals():
-                    self._carry(missing, store, on, min(count, len(missing)), progress, stop)
-            except Stopped as stopped:
-                stopped.result = self._table(store)
-                raise
-            finally:
-                if isinstance(store, Store):
-                    store.pack()
+            with ExitStack() as stack:
+                file = whole.file if whole else None
+                if file is None and isinstance(store, Store):
+                    file = stack.enter_context(of_process(store.path, {"program": program()}))
+                if file is not None:  # to compile takes long
+                    file.tell(total=len(missing), **({"whole": whole.content(0.0)} if whole else {}))
+                self._try_levels(missing, compile_too=on is None)
+                missing = self._with_known(missing, store)
+                try:
+                    with stop.by_signals():
+                        self._carry(missing, store, on, min(count, len(missing)), progress, stop, file, whole)
+                except Stopped as stopped:
+                    stopped.result = self._table(store)
+                    raise
+                finally:
+                    if isinstance(store, Store):
+                        store.pack()
         return self._table(store)
 
-    def _carry(self, missing: list[Task], store: Kept, on: Any, count: int, progress: Shown, stop: Stop) -> None:
+    def _carry(
+        self, missing: list[Task], store: Kept, on: Any, count: int, progress: Shown, stop: Stop,
+        file: ProgressFile | None, whole: Whole | None,
+    ) -> None:  # fmt: skip
         recipe = packed(self._recipe)
         with workers(on, count) as by, shown_in(progress, stays=True, speaks=True) as bars:
-            watcher = Watcher(missing, by, bars)
+            watcher = Watcher(missing, by, bars, file, whole)
 
             def accept(task: Task, done: Done) -> None:
                 row = done.row

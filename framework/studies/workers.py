@@ -36,6 +36,7 @@ from grainlaw.fields import ParameterError, UnitWarning
 from grainlaw.messages import refusal
 from grainlaw.runs.estimate import CostWarning, in_words
 from grainlaw.runs.progress import Bar, Progress
+from grainlaw.runs.progress_file import ProgressFile, read
 from grainlaw.runs.stopping import Stop
 from grainlaw.studies.case import FINISHED, SAME, Done, Task, carry_out
 from grainlaw.studies.cost import kind
@@ -65,16 +66,10 @@ class Workers(ABC):
     def renew(self) -> set[str]:
         """Replace those that have died, and say which cases they were at. Raises :class:`ExecutorError`."""
 
-    def doing(self) -> dict[str, tuple[float, str]]:
-        """How far what is being done is, and where, by the key of the case."""
-        found = {}
-        for file in Path(self.folder).glob("*.*") if self.folder else ():
-            try:
-                share, _, words = file.read_text(encoding="utf-8").partition(" ")
-                found[file.name.partition(".")[0]] = (float(share or 0), words or "starting")
-            except (OSError, ValueError):  # ended, or written, meanwhile
-                continue
-        return found
+    def doing(self) -> dict[str, dict[str, Any]]:
+        """How far what is being done is, as :class:`RunFile` tells it, by the key of the case; at first nothing."""
+        files = Path(self.folder).glob("*.*") if self.folder else ()
+        return {file.name.partition(".")[0]: read(file) or {} for file in files if not file.name.startswith(".")}
 
     @property
     def ahead(self) -> int:
@@ -320,22 +315,55 @@ def _killed(task: Task, reason: str) -> Done:
 LINES = 8  #: workers that are shown
 LABEL = 36  #: characters that name a case
 OFTEN = 0.5  #: s between looks at the workers
+STARTING = "starting"  #: what a worker is doing that has not told of a sample
+
+
+class Whole:
+    """A piece of work of which studies are the parts, as a calibration; each counts its cases here."""
+
+    def __init__(self, name: str, planned: int, file: ProgressFile, bars: Progress | None) -> None:
+        self.name, self.planned, self.file = name, planned, file  #: cases at most; where it is told
+        self.bar = bars.bar(name) if bars else None
+        self.done: set[str] = set()  #: keys of cases
+        self.costs: dict[Any, list[float]] = {}  #: s of the cases that were carried out, by their kind
+
+    def further(self, waiting: int) -> int:
+        """Cases that may come beside those that wait now."""
+        return max(self.planned - len(self.done) - waiting, 0)
+
+    def content(self, left: float) -> dict[str, Any]:
+        """What the file says of it."""
+        return {"name": self.name, "done": len(self.done), "total": self.planned, "left": left}
+
+    def tell(self, left: float) -> None:
+        """Tell its bar, with the time that all the cases that may come will take."""
+        if self.bar is not None and self.planned:
+            words = f"{len(self.done)} of at most {self.planned} tests"
+            words += f", at most about {in_words(left)} left" if left else ""
+            self.bar.tell(min(len(self.done) / self.planned, 1.0), words)
 
 
 class Watcher:
-    """Tells bars how far a study is; nothing without them."""
+    """Tells bars, a file and the whole that it is a part of how far a study is."""
 
-    def __init__(self, tasks: Sequence[Task], by: Workers, bars: Progress | None) -> None:
-        self.by, self.total, self.bars = by, len(tasks), bars
+    def __init__(
+        self, tasks: Sequence[Task], by: Workers, bars: Progress | None, file: ProgressFile | None = None,
+        whole: Whole | None = None,
+    ) -> None:  # fmt: skip
+        self.by, self.total, self.bars, self.file, self.whole = by, len(tasks), bars, file, whole
         self.cases = bars.bar("cases") if bars else None
         self.named = {task.case: task for task in tasks}
-        self.costs: dict[Any, list[float]] = {}  #: s of the cases that are done, by their kind
+        #: s of the cases that are done, by their kind
+        self.costs: dict[Any, list[float]] = whole.costs if whole else {}
         self.left: dict[Any, int] = {}  #: cases that are not
         for task in tasks:
             self.left[kind(task.factors)] = self.left.get(kind(task.factors), 0) + 1
         self.count = self.failed = 0
+        self.worked = 0.0  #: s, of the cases that are done
         self.began = self.seen = time.monotonic()
         self.at: dict[str, Bar] = {}  #: bars of cases that workers are at
+        self.doing: dict[str, dict[str, Any]] = {}  #: what they are at
+        self.last: deque[dict[str, Any]] = deque(maxlen=LINES)  #: what they have done
 
     def done(self, task: Task, row: Mapping[str, Any]) -> None:
         """A case has come back."""
@@ -343,24 +371,36 @@ class Watcher:
         self.count += 1
         sort = kind(task.factors)
         self.left[sort] -= 1
-        self.failed += row["status"] not in (FINISHED, SAME)
-        if row.get("cost", {}).get("seconds") is not None:
-            self.costs.setdefault(sort, []).append(row["cost"]["seconds"])
+        failed = row["status"] not in (FINISHED, SAME)
+        self.failed += failed
+        seconds = row.get("cost", {}).get("seconds")
+        if seconds is not None:
+            self.costs.setdefault(sort, []).append(seconds)
+            self.worked += seconds
+        if self.whole is not None:
+            self.whole.done.add(task.case)
+        why = row.get("reason", "") if failed else ""
+        self.last.append({"name": _label(task.factors), "state": row["status"], "reason": why, "seconds": seconds})
         self._tell()
 
     def look(self) -> None:
         """Show what the workers are doing."""
-        if self.bars is None or not self.bars.is_seen or time.monotonic() - self.seen < OFTEN:
+        if time.monotonic() - self.seen < OFTEN:
             return
         self.seen = time.monotonic()
-        doing = {case: words for case, words in sorted(self.by.doing().items()) if case in self.named}
-        for case in [case for case in self.at if case not in doing]:
+        self.doing = {case: going for case, going in sorted(self.by.doing().items()) if case in self.named}
+        if self.bars is not None and self.bars.is_seen:
+            self._show()
+        self._tell()
+
+    def _show(self) -> None:
+        assert self.bars is not None
+        for case in [case for case in self.at if case not in self.doing]:
             self.at.pop(case).remove()
-        for case, (share, words) in list(doing.items())[:LINES]:
+        for case, going in list(self.doing.items())[:LINES]:
             if case not in self.at:
                 self.at[case] = self.bars.bar(_label(self.named[case].factors))
-            self.at[case].tell(share, words)
-        self._tell()
+            self.at[case].tell(going.get("share", 0.0), going.get("where", STARTING))
 
     def remove(self) -> None:
         """Take all bars away."""
@@ -369,23 +409,49 @@ class Watcher:
                 bar.remove()
 
     def _tell(self) -> None:
-        if self.cases is None:
+        if self.cases is None and self.whole is None and self.file is None:
             return
-        left = self.seconds_left()
-        words = [f"{self.count} of {self.total}"]
-        words += [f"about {in_words(left)} left"] if left and self.count < self.total else []
-        words += [f"{self.failed} failed"] if self.failed else []
-        self.cases.tell(self.count / self.total, ", ".join(words))
+        left = self.seconds_left() if self.count < self.total else 0.0
+        if self.whole is not None:
+            further = self.whole.further(self.total - self.count)
+            self.whole.tell(self.seconds_left(further))  # before the cases: a line now and then is of the whole
+        if self.cases is not None:
+            words = [f"{self.count} of {self.total}"]
+            words += [f"about {in_words(left)} left"] if left else []
+            words += [f"{self.failed} failed"] if self.failed else []
+            self.cases.tell(self.count / self.total, ", ".join(words))
+        if self.file is not None and (self.file.is_due or self.count == self.total):
+            self.file.tell(**self._content(left))
 
-    def seconds_left(self) -> float:
-        """From what cases of the same kind have cost, and how many were done at a time; 0 before the first is done."""
-        if not self.costs:
+    def _content(self, left: float) -> dict[str, Any]:
+        doing = [{"name": _label(self.named[case].factors), **each} for case, each in self.doing.items()
+                 if case in self.named]  # fmt: skip
+        content = {
+            "done": self.count, "total": self.total, "failed": self.failed, "left": left,
+            "doing": doing[:LINES], "last": list(self.last),
+        }  # fmt: skip
+        if self.whole is not None:
+            content["whole"] = self.whole.content(self.seconds_left(self.whole.further(self.total - self.count)))
+        return content
+
+    def seconds_left(self, further: int = 0) -> float:
+        """Of the cases that are not done, and ``further`` ones; 0 where nothing is known of any.
+
+        From what cases of the same kind have cost, and how many were done at a time; before the first is done, from how
+        far those are that have begun.
+        """
+        begun = [each["seconds"] + each["left"] for each in self.doing.values() if each.get("left")]
+        every = [cost for costs in self.costs.values() for cost in costs] or begun
+        if not every:
             return 0.0
-        every = [cost for costs in self.costs.values() for cost in costs]
         mean = sum(every) / len(every)
         work = sum(n * sum(c := self.costs.get(sort, [mean])) / len(c) for sort, n in self.left.items())
-        at_a_time = max(sum(every) / max(time.monotonic() - self.began, 1e-9), 1e-9)
-        return work / at_a_time
+        if self.worked:
+            at_a_time = self.worked / max(time.monotonic() - self.began, 1e-9)
+        else:
+            work -= sum(each.get("seconds", 0.0) for each in self.doing.values())
+            at_a_time = len(self.doing) or self.by.count or 1
+        return max(work + further * mean, 0.0) / max(at_a_time, 1e-9)
 
 
 def _label(factors: Mapping[str, Any]) -> str:
