@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import click
 
+from grainlaw.cli.answers import answer, json_option
 from grainlaw.compiler.cache_folder import Folder, NotPrivateError, cache_folder, limit
 from grainlaw.fields import ParameterError
 
 
 @click.command()
 @click.option("--clear", is_flag=True, help="Remove all of it; it is compiled again when it is needed.")
+@json_option
 def cache(*, clear: bool) -> None:
     """Say where compiled code is kept, how much it is and may be, and clear it.
 
@@ -26,14 +28,16 @@ def cache(*, clear: bool) -> None:
         raise click.UsageError(str(error)) from None
     except OSError as error:
         raise click.ClickException(f"cannot clear {folder.path}: {error.strerror or error}") from None
-    size = f"{sum(status.st_size for _, status in files) / 1e6:.1f} MB"
+    total = sum(status.st_size for _, status in files)
+    size, content = f"{total / 1e6:.1f} MB", {"folder": str(folder.path), "functions": len(files), "bytes": total}
     if clear:
-        click.echo(f"removed {len(files)} functions ({size}) from {folder.path}")
+        answer(f"removed {len(files)} functions ({size}) from {folder.path}", **content, removed=True)
         return
     rows = {"folder": str(folder.path), "functions": str(len(files)), "size": size, "limit": f"{most / 1e6:g} MB"}
     width = max(map(len, rows))
-    click.echo("\n".join(f"{name:<{width}}  {value}" for name, value in rows.items()))
+    lines = "\n".join(f"{name:<{width}}  {value}" for name, value in rows.items())
+    answer(lines, **content, limit=most, used=True)
     try:
         folder.check()
     except NotPrivateError as error:
-        click.echo(f"not used: {error}")
+        answer(f"not used: {error}", used=False, reason=str(error))

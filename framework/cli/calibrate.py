@@ -16,6 +16,7 @@ from grainlaw.calibration.result import Calibration
 from grainlaw.calibration.stiffness_search import CONTACTS
 from grainlaw.calibration.targets import AIMS, Targets, needed_tests
 from grainlaw.calibration.trials import DISC, HALF_DISC, PRISM, SHAPES, USUAL
+from grainlaw.cli.answers import answer, json_option
 from grainlaw.cli.components import evolved, own, refuse_unknown, settings
 from grainlaw.cli.configuration import Configuration, configured, write_config
 from grainlaw.cli.law_copy import copied
@@ -194,6 +195,7 @@ STORE, CALIBRATED = "tests", "calibrated.toml"
 @click.option("--first", is_flag=True, help="Only what is expected by no test, in seconds.")
 @click.option("--workers", type=int, help="Tests at a time on this machine.  [default: one for each core]")
 @click.option("--on", metavar="ADDRESS", help="Scheduler of a Dask cluster, such as tcp://host:8786.")
+@json_option
 def calibrate(
     *, file: Path, assignments: tuple[str, ...], quick: bool, out: Path | None, budget: int | None, seeds: int | None,
     first: bool, workers: int | None, on: str | None,
@@ -212,7 +214,8 @@ def calibrate(
         asked = calibration_of(file, assignments, quick, {"budget": budget, "seeds": seeds})
         if first:
             known = {name: asked.given[name] for name in FIRST}
-            click.echo(f"{first_look(**known, specimens=asked.specimens)}")
+            look = first_look(**known, specimens=asked.specimens)
+            answer(look, **look.summary)
             return
         folder = writable_folder(file.with_suffix("") if out is None else out)
     try:
@@ -225,7 +228,7 @@ def calibrate(
         end_stopped(stopped, contents(folder), "go on with the same command")
     except ExecutorError as error:
         raise click.ClickException(f"{error}; go on with the same command") from None
-    click.echo(f"{found}\n\n{contents(folder)}")
+    answer(f"{found}\n\n{contents(folder)}", folder=str(folder), **found.summary)
     if not found.is_plausible:
         raise click.ClickException("the targets are in conflict: no parameters in the ranges meet them together")
 

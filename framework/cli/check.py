@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import attrs
 import click
 import numpy as np
 
+from grainlaw.cli.answers import answer, json_option
 from grainlaw.cli.default_rock import law_with_files
 from grainlaw.cli.law_file import LawReferenceError
 from grainlaw.condition import StageError
@@ -24,6 +26,7 @@ STIFF, SOFT = 1000, 5.25  #: Young's modulus over the stress held, and kn times 
 
 @click.command()
 @click.argument("law", metavar="FILE.py:LAW")
+@json_option
 def check(*, law: str) -> None:
     """Ask a contact law of your own for every property that makes laws comparable and safe to run.
 
@@ -37,7 +40,7 @@ def check(*, law: str) -> None:
         report = check_law(found)
     except (LawReferenceError, TypeError, ValueError) as error:
         raise click.BadParameter(str(error)) from None
-    click.echo(report)
+    answer(report, passed=report.passed, **attrs.asdict(report))
     flutters = _held(found) if report.passed else False
     if not report.passed or (flutters and "energy" not in found.exceptions):
         raise SystemExit(1)
@@ -61,9 +64,10 @@ def _held(law: ContactLaw) -> bool:
         except StageError:  # it fails before: hold it under less
             continue
         except InstabilityError as error:
-            click.echo(f"  a specimen of {GRAINS} grains: {error}")
+            answer(f"  a specimen of {GRAINS} grains: {error}", unstable=str(error))
             return False
-        click.echo(f"  a specimen of {GRAINS} grains of {size:.3g} m {flutter}")
+        words = f"  a specimen of {GRAINS} grains of {size:.3g} m {flutter}"
+        answer(words, flutters=bool(flutter.flutters), rate=flutter.rate)
         return flutter.flutters
     click.echo(f"  a specimen of {GRAINS} grains fails under {share * stress * 1e-6:.3g} MPa: it was not held")
     return False

@@ -14,6 +14,7 @@ from typing import Any
 import click
 
 from grainlaw.cli import INTERRUPTED, STOPPED
+from grainlaw.cli.answers import answering
 
 #: what each does, as the list of commands says it
 COMMANDS = {
@@ -30,6 +31,7 @@ COMMANDS = {
     "study": "Run many cases of a test, and keep them as one table.",
     "test": "Run a laboratory test of a rock specimen under a contact law, and report it.",
 }
+WORDS = "grainlaw.words"  #: in the context: all that was typed
 
 
 class _Commands(click.Group):
@@ -56,9 +58,13 @@ class _Commands(click.Group):
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
 
+    def parse_args(self, context: click.Context, args: list[str]) -> list[str]:
+        context.meta[WORDS] = list(args)
+        return super().parse_args(context, args)
+
     def invoke(self, context: click.Context) -> Any:
         os.environ["MPLBACKEND"] = "agg"  # commands draw into files; matplotlib refuses unknown names
-        with warnings.catch_warnings():
+        with answering(context, context.meta[WORDS]), warnings.catch_warnings():
             warnings.showwarning = _tell  # type: ignore[assignment]
             try:
                 return super().invoke(context)

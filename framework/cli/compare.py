@@ -10,6 +10,7 @@ import attrs
 import click
 
 from grainlaw.cli import running
+from grainlaw.cli.answers import answer, json_option
 from grainlaw.cli.components import refuse_unknown
 from grainlaw.cli.configuration import CONFIG, Configuration, configured
 from grainlaw.cli.default_rock import LAWS, QUICK, SAMPLE, law_named
@@ -21,6 +22,7 @@ from grainlaw.declared import parameters_of
 from grainlaw.engine.device import Gpu
 from grainlaw.engine.thread_count import Threads
 from grainlaw.observation import Observer
+from grainlaw.results.certificate import warnings_of
 from grainlaw.results.files import file_name, write_text
 from grainlaw.results.paraview import write_script
 from grainlaw.results.result import Result
@@ -51,6 +53,7 @@ TEST = "uniaxial-compression"
 @running.device_option
 @running.portable_option
 @click.option("--quick", is_flag=True, help=f"A small specimen, seconds: {QUICK[2]} grains in 20 x 50 mm.")
+@json_option
 def compare(
     *, grains: int | None, seeds: str | None, seed: int | None, laws: str, speed: float | None,
     max_strain: float | None, config: Path | None, assignments: tuple[str, ...], out: Path, restart: bool,
@@ -114,7 +117,8 @@ def compare(
         write_script(claim.path, _rows(comparison))
         record = {"sample": first.sections["sample"], "versions": versions()}
         comparison.write_report(claim.path / "report.html", record=record, files=running.linked(claim.path))
-        click.echo(comparison)
+        doubts = list(warnings_of(comparison.named))
+        answer(comparison, folder=str(claim.path), **comparison.content, doubts=doubts)
         running.tell_works(specimens[numbers[0]].cite)
         running.finished(claim)
     if comparison.failed:

@@ -7,6 +7,7 @@ from pathlib import Path
 import attrs
 import click
 
+from grainlaw.cli.answers import answer, json_option
 from grainlaw.cli.configuration import configured
 from grainlaw.cli.running import GivenOptions, model_options, refusing
 from grainlaw.cli.sections import assign, gathered
@@ -25,6 +26,7 @@ from grainlaw.runs.record import origin
 )  # fmt: skip
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="JSON file to write.")
 @click.option("--quick", is_flag=True, help="A small specimen.")
+@json_option
 def elastic(*, given: GivenOptions, boundary: str, out: Path | None, quick: bool) -> None:
     """Find modulus, Poisson's ratio and stiffness tensor of a rock specimen, without a test.
 
@@ -41,10 +43,10 @@ def elastic(*, given: GivenOptions, boundary: str, out: Path | None, quick: bool
             raise ParameterError("elastic: there is no test, and no parameter of one to set")
         chosen = configured("uniaxial-compression", sections, quick)
         found = elastic_properties(chosen.specimen, chosen.law, boundary=boundary)
-    click.echo(found)
+    content = attrs.asdict(found) | {"stiffness": found.stiffness.tolist()}
+    answer(found, **content)
     if out is None:
         return
-    content = attrs.asdict(found) | {"stiffness": found.stiffness.tolist()}
     made_of = {name: section for name, section in chosen.sections.items() if name != "test"}
     made_of["numerics"] = {"refinement": chosen.numerics.refinement}
     with refusing():

@@ -8,6 +8,7 @@ from typing import Any
 import attrs
 import click
 
+from grainlaw.cli.answers import answer, json_option
 from grainlaw.cli.default_rock import LAWS, QUICK, ROCK, SAMPLE, law_with_files
 from grainlaw.cli.law_copy import copied
 from grainlaw.cli.running import contents, numbers_of, portable_option, refusing, seeds_of, threads_option
@@ -66,6 +67,7 @@ class EnvelopeCase:
 @threads_option("Tests at a time, one thread each.")
 @portable_option
 @click.option("--quick", is_flag=True, help=f"A small specimen: {QUICK[2]} grains in 20 x 50 mm.")
+@json_option
 def envelope(
     *, law: str, confinement: str, seeds: str, grains: int | None, speed: float | None, max_strain: float, out: Path,
     threads: Threads, quick: bool,
@@ -108,7 +110,7 @@ def envelope(
             table = study.run(out, workers=None if threads == AUTO else threads)
         found = StrengthEnvelope(table)
         found.write(out, {"seeds": numbers, "parameters": parameters})
-        click.echo(found)
+        answer(found, folder=str(out), **found.summary)
         click.echo(f"\n{contents(out)}")
     if table.failed:
         raise click.ClickException(f"{len(table.failed)} of {len(table)} tests failed")

@@ -6,8 +6,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import attrs
 import click
 
+from grainlaw.cli.answers import answer, json_option
 from grainlaw.cli.default_rock import LAWS, law_with_files
 from grainlaw.cli.law_file import LawReferenceError
 from grainlaw.cli.running import completed
@@ -27,6 +29,7 @@ whose parameters all have defaults. The file is run, and its picture is law_FILE
 )
 @click.argument("law", metavar="LAW", shell_complete=completed(LAWS))
 @click.option("--out", type=click.Path(path_type=Path), default="out", show_default=True, help="Folder to write to.")
+@json_option
 def law(*, law: str, out: Path) -> None:
     from grainlaw.workbench.law_figure import plot_law  # loads matplotlib
 
@@ -37,7 +40,7 @@ def law(*, law: str, out: Path) -> None:
         raise click.BadParameter(str(error)) from None
     record = {"law": described(chosen), "fingerprint": prepared(chosen).compiled.key, "sources": own_sources(chosen)}
     where = write_picture(out, "law", law, figure, record)
-    click.echo(f"{table}\n\n{where}")
+    answer(f"{table}\n\n{where}", **attrs.asdict(table))
 
 
 def write_picture(folder: Path, kind: str, reference: str, figure: Any, record: Mapping[str, Any]) -> str:

@@ -5,8 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import attrs
 import click
 
+from grainlaw.cli.answers import answer, json_option
 from grainlaw.cli.default_rock import ROCK
 from grainlaw.cli.law import write_picture
 from grainlaw.cli.law_file import LawReferenceError, find_material
@@ -44,6 +46,7 @@ class whose parameters all have defaults. The file is run. The exit code is 1 if
 )
 @click.argument("material", metavar="MATERIAL", shell_complete=completed(EXAMPLES))
 @click.option("--out", type=click.Path(path_type=Path), default="out", show_default=True, help="Folder to write to.")
+@json_option
 def material(*, material: str, out: Path) -> None:
     from grainlaw.workbench.material_figure import plot_material  # loads matplotlib
 
@@ -54,7 +57,7 @@ def material(*, material: str, out: Path) -> None:
         raise click.BadParameter(str(error)) from None
     record = {"material": described(chosen), "sources": own_sources(chosen)}
     where = write_picture(out, "material", material, figure, record)
-    click.echo(f"{report}\n\n{where}")
+    answer(f"{report}\n\n{where}", passed=report.passed, **attrs.asdict(report))
     if not report.passed:
         raise SystemExit(1)
 

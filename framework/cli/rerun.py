@@ -10,6 +10,7 @@ from typing import Any
 import click
 import numpy as np
 
+from grainlaw.cli.answers import answer, json_option
 from grainlaw.runs.claim import RUN
 from grainlaw.studies.store import STUDY
 
@@ -20,6 +21,7 @@ DECIDING = {"specimen": "specimen", "law": "law", "protocol": "test", "options":
 @click.command()
 @click.argument("folder", metavar="FOLDER", type=click.Path(path_type=Path, file_okay=False))
 @click.option("--out", type=click.Path(path_type=Path), help="Folder to write to.  [default: FOLDER-again]")
+@json_option
 @click.pass_context
 def rerun(context: click.Context, *, folder: Path, out: Path | None) -> None:
     """Repeat the run that FOLDER holds, and say what differs from it.
@@ -45,9 +47,10 @@ def rerun(context: click.Context, *, folder: Path, out: Path | None) -> None:
     click.echo("")
     different = [line for line in _differences(folder, out) if line]
     if not different:
-        click.echo(f"every number is the same as in {folder}")
+        answer(f"every number is the same as in {folder}", same=True, differences=[])
         return
-    click.echo(f"different from {folder}:\n" + "\n".join(different))
+    lines = [line.strip() for line in different]
+    answer(f"different from {folder}:\n" + "\n".join(different), same=False, differences=lines)
     context.exit(1)
 
 

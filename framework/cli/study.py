@@ -13,8 +13,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import attrs
 import click
 
+from grainlaw.cli.answers import answer, json_option
 from grainlaw.cli.running import contents, device_of, device_option, end_stopped, refusing, tell_works
 from grainlaw.cli.study_file import StudyFile, study_of
 from grainlaw.columns import quantity_of
@@ -143,6 +145,7 @@ def _shard(_context: Any, _option: Any, value: str | None) -> tuple[int, int] | 
 @click.option("--workers", type=int, help="Cases at a time on this machine.  [default: one for each core]")
 @device_option
 @click.option("--shard", metavar="K/N", callback=_shard, help="The K-th of N parts, for N jobs that share the folder.")
+@json_option
 def run(
     chosen: StudyFile, folder: Path, *, on: str | None, workers: int | None, device: str | None,
     shard: tuple[int, int] | None,
@@ -153,9 +156,10 @@ def run(
             raise ParameterError("--on and --device are not allowed together: a cluster or a device does the steps")
         works = chosen.try_first()
         table = chosen.study.run(folder, on=device_of(device) or on, workers=workers, shard=shard)
-    click.echo(means(table, chosen.by))
+    found = chosen.study.status(folder)
+    answer(means(table, chosen.by), folder=str(folder), **attrs.asdict(found), **_content(table), cite=list(works))
     tell_works(works)
-    click.echo(f"\n{chosen.study.status(folder)}\n{contents(folder)}")
+    click.echo(f"\n{found}\n{contents(folder)}")
     if table.failed:
         raise click.ClickException(f"{len(table.failed)} of {len(table)} cases failed{_reasons(table)}")
 
@@ -187,27 +191,31 @@ def _reasons(table: Table) -> str:
 
 @study.command()
 @file_options
+@json_option
 def estimate(chosen: StudyFile, folder: Path) -> None:
     """Tell what the missing cases will take: from finished cases, or from a probe of some steps."""
     with refusing():
         found = chosen.study.estimate(folder)
-    click.echo(found)
+    answer(found, **attrs.asdict(found))
 
 
 @study.command()
 @file_options
+@json_option
 def status(chosen: StudyFile, folder: Path) -> None:
     """Tell how many cases are finished, have failed and are missing."""
     with refusing():
         found = chosen.study.status(folder)
         table = chosen.study.table(folder) if found.failed else None
-    click.echo(f"{found}{_reasons(table) if table else ''}")
+    reasons = table.failed if table else []
+    answer(f"{found}{_reasons(table) if table else ''}", **attrs.asdict(found), reasons=reasons)
 
 
 @study.command()
 @file_options
 @click.option("--csv", type=click.Path(path_type=Path), help="File to write as text.")
 @click.option("--parquet", type=click.Path(path_type=Path), help="File to write for pandas and other programs.")
+@json_option
 def table(chosen: StudyFile, folder: Path, *, csv: Path | None, parquet: Path | None) -> None:
     """Print the table, one row for each case, or write it to a file in SI units."""
     with refusing():
@@ -217,9 +225,10 @@ def table(chosen: StudyFile, folder: Path, *, csv: Path | None, parquet: Path | 
         if parquet is not None:
             found.write_parquet(parquet)
     if csv is None and parquet is None:
-        click.echo(found)
+        answer(found, **_content(found))
     else:
-        click.echo(f"{len(found)} cases written to {', '.join(str(file) for file in (csv, parquet) if file)}")
+        files = [str(file) for file in (csv, parquet) if file]
+        answer(f"{len(found)} cases written to {', '.join(files)}", **_content(found), files=files)
 
 
 @study.command()
@@ -268,6 +277,12 @@ def slurm(chosen: StudyFile, folder: Path, *, shards: int, time: str, cpus: int)
         chosen.try_first()
         text = script(chosen.file, options, shards=shards, time=time, cpus=cpus, cases=len(chosen.study))
     click.echo(text, nl=False)
+
+
+def _content(table: Table) -> dict[str, Any]:
+    """The rows of a table (SI), and the names of its factors."""
+    values = [{name: table.value(row, name) for name in table.columns} for row in table.rows]
+    return {"factors": list(table.factors), "rows": values}
 
 
 # --- what is printed -------------------------------------------------------------------------------------------------

@@ -9,6 +9,7 @@ import attrs
 import click
 
 from grainlaw.cli import running
+from grainlaw.cli.answers import answer, json_option
 from grainlaw.cli.configuration import CONFIG, Configuration, configured, template, write_config
 from grainlaw.cli.law_copy import copied, copied_grains
 from grainlaw.cli.sections import gathered
@@ -57,6 +58,7 @@ the test, 1 for a test that could not end; what it recorded is written all the s
 @click.option("--certify", is_flag=True, help="Test again at half the speed: what the strength tends to.")
 @click.option("--interactive", is_flag=True, help="Write interactive.html too, to click through (grainlaw[report]).")
 @click.option("--quick", is_flag=True, help="A small specimen.")
+@json_option
 @click.option("--template", "shows", is_flag=True, help="Print the configuration with all parameters; run nothing.")
 def test(
     *, name: str, given: running.GivenOptions, out: Path, restart: bool, overwrite: bool, threads: Threads | None,
@@ -97,11 +99,19 @@ def test(
         result.write_report(claim.path / "report.html", record=record, incomplete=reason, files=beside)
         if interactive:
             write_interactive(result, claim.path / INTERACTIVE, probe=probe)
-        click.echo(aligned(texts(result, result.summary).items()))
+        doubted = list(warnings_of({name: result}))
+        answer(
+            aligned(texts(result, result.summary).items()),
+            test=name,
+            folder=str(claim.path),
+            properties=result.summary,
+            doubts=doubted,
+            cite=list(dict.fromkeys(result.specimen.cite)),
+        )
         running.tell_works(result.specimen.cite)
         if certify and not reason:
-            click.echo(f"\n{_certified(name, result, chosen, does_steps, claim)}")
-        for words in warnings_of({name: result}):
+            _certify(name, result, chosen, does_steps, claim)
+        for words in doubted:
             click.echo(f"Warning: {words}", err=True)
         running.finished(claim)
     if reason:
@@ -126,8 +136,8 @@ def _run(
     return result, ""
 
 
-def _certified(name: str, result: Result, chosen: Configuration, device: Gpu | None, claim: Claim) -> str:
-    """The quasi-static limit in words; also in certificate.json."""
+def _certify(name: str, result: Result, chosen: Configuration, device: Gpu | None, claim: Claim) -> None:
+    """Answer the quasi-static limit, and write it to certificate.json."""
     numerics = chosen.numerics
     with Progress(stays=True, speaks=True) as progress:
         other = simulate(
@@ -135,5 +145,6 @@ def _certified(name: str, result: Result, chosen: Configuration, device: Gpu | N
             device=device, observers=[RunBar(progress.bar(f"{name}, half the speed"))], progress=False,
         )  # fmt: skip
     found = limit_of(result, other)
-    write_json(claim.path / "certificate.json", attrs.asdict(found) | {"limit": found.limit, "error": found.error})
-    return str(found)
+    content = attrs.asdict(found) | {"limit": found.limit, "error": found.error}
+    write_json(claim.path / "certificate.json", content)
+    answer(f"\n{found}", certificate=content)

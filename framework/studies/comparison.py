@@ -108,6 +108,19 @@ class Comparison(Mapping[Key, Result], metaclass=Checked):
         }
 
     @property
+    def content(self) -> dict[str, Any]:
+        """The summaries (SI) by law, those of each sample by seed and law, and the reasons of runs that failed."""
+        found: dict[str, Any] = {"laws": self.summary}
+        if seeds := self.seeds:
+            of_seed = {seed: {law: each[seed] for law, each in self.by_law.items() if seed in each} for seed in seeds}
+            found["samples"] = {
+                str(seed): {law: result.summary for law, result in each.items()} for seed, each in of_seed.items()
+            }
+        if self.failed:
+            found["failed"] = {in_words(key): str(error) for key, error in self.failed.items()}
+        return found
+
+    @property
     def _facts(self) -> dict[str, str]:
         main = next((look for look in self._quantities if look.is_main), None)
         texts = {
@@ -184,15 +197,7 @@ class Comparison(Mapping[Key, Result], metaclass=Checked):
         from grainlaw.results.figures.cracks import plot_cracks, side_by_side
 
         figure, seeds, path = self.plot(), self.seeds, writable_folder(folder)
-        content: dict[str, Any] = {"laws": self.summary}
-        if seeds:
-            of_seed = {seed: {law: each[seed] for law, each in self.by_law.items() if seed in each} for seed in seeds}
-            content["samples"] = {
-                str(seed): {law: result.summary for law, result in each.items()} for seed, each in of_seed.items()
-            }
-        if self.failed:
-            content["failed"] = {in_words(key): str(error) for key, error in self.failed.items()}
-        write_json(path / "summary.json", content | dict(record or {}))
+        write_json(path / "summary.json", self.content | dict(record or {}))
         keys = ("law", "seed") if seeds else ("law",)
         curves = {_parted(key)[: len(keys)]: result.curves for key, result in self.results.items()}
         write_curves(path / "curves.csv", curves, keys)
