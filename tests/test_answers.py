@@ -97,6 +97,8 @@ def test_a_test_its_folder_and_its_repetition(tmp_path):
     done = asked("test", "uniaxial-compression", *SMALL, "--out", tmp_path / "a")
     assert done["properties"] == json.loads((tmp_path / "a" / "summary.json").read_text())["properties"]
     assert (done["test"], done["folder"]) == ("uniaxial-compression", str(tmp_path / "a"))
+    seen = asked("watch", tmp_path / "a")
+    assert (seen["state"], len(seen["parts"])) == ("finished", 1)
     again = asked("rerun", tmp_path / "a")
     assert (again["same"], again["differences"]) == (True, [])
     refused = asked("test", "uniaxial-compression", *SMALL, "--out", tmp_path / "a", code=2)
@@ -145,3 +147,4 @@ def test_a_study_its_status_its_table_and_what_it_will_take(tmp_path):
     table = asked("study", "table", file)
     assert table["rows"] == done["rows"]
     assert asked("study", "status", file) == {"cases": 2, "finished": 2, "failed": {}, "missing": 0, "reasons": []}
+    assert asked("watch", tmp_path / "granite")["done"] == 2

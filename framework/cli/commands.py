@@ -30,6 +30,7 @@ COMMANDS = {
     "schema": "Print the JSON schema of TOML files, by which editors complete and check them.",
     "study": "Run many cases of a test, and keep them as one table.",
     "test": "Run a laboratory test of a rock specimen under a contact law, and report it.",
+    "watch": "Show what a run, a study or a calibration that goes on has done so far.",
 }
 WORDS = "grainlaw.words"  #: in the context: all that was typed
 
