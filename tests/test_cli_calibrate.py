@@ -153,7 +153,7 @@ def test_what_is_no_tie_is_refused(tie):
 @pytest.mark.parametrize("plausible", [True, False])
 def test_options_of_the_command_and_its_exit_code(plausible, tmp_path, monkeypatch):
     seen, wrote = {}, []
-    found = SimpleNamespace(is_plausible=plausible, write=wrote.append)
+    found = SimpleNamespace(is_plausible=plausible, write=wrote.append, summary={"plausible": plausible})
     monkeypatch.setattr(calibrate, "run", lambda **given: seen.update(given) or found)
     monkeypatch.setattr(calibrate, "_write_rock", lambda *given: wrote.append(given[-1]))
     options = ("--out", tmp_path / "out", "--budget", 12, "--seeds", 5, "--workers", 3, "--on", "tcp://host:1")

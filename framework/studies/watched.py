@@ -248,16 +248,17 @@ def _study(path: Path, store: Path) -> Watched:
 
 
 def _case(told: Mapping[str, Any], whole: str) -> Part:
-    name, rows = str(told.get("name", "")), told.get("rows") or ()
+    """A case that a worker is at or has done."""
+    name = str(told.get("name", ""))
     if "state" in told:
         state = FINISHED if told["state"] in (FINISHED, "same") else FAILED
-        words = str(told.get("reason") or "")
-        return Part(name, state, 1.0, reason=f"{told['state']}: {words}" if state == FAILED else "")
-    cracks = told.get("cracks")
+        words = f"{told['state']}: {told.get('reason') or ''}" if state == FAILED else ""
+        return Part(name, state, 1.0, reason=words)
+    cracks, columns = told.get("cracks"), tuple(map(str, told.get("columns") or ()))
+    rows = (row for row in told.get("rows") or () if isinstance(row, list) and len(row) == len(columns))
     return Part(
         name, whole, _number(told.get("share")), str(told.get("where") or "starting"), _number(told.get("left")),
-        int(_number(cracks)) if cracks is not None else None, "", tuple(map(str, told.get("columns") or ())),
-        tuple(tuple(map(_number, row)) for row in rows if isinstance(row, list)),
+        None if cracks is None else int(_number(cracks)), "", columns, tuple(tuple(map(_number, row)) for row in rows),
     )  # fmt: skip
 
 
