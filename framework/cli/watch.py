@@ -20,7 +20,10 @@ from grainlaw.studies.watched import Watched, watched
 EVERY = 1.0  #: s between looks
 NARROWEST, WIDEST = 30, 100  #: characters along an axis
 FEWEST, MOST = 6, 16  #: lines of curves
-BESIDE, AROUND = 16, 8  #: characters beside curves, lines above and below them and the table
+BESIDE, AROUND = (
+    34,
+    8,
+)  #: characters beside curves (numbers, words of the axis), lines above and below them and the table
 
 
 @click.command()

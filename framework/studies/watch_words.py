@@ -37,7 +37,7 @@ def reason(seen: Watched) -> str:
     return ". ".join(words for words in (seen.reason, again) if words)
 
 
-HEADS = ("", "state", "of the stage", "at", "left", "cracks")
+HEADS = ("", "state", "share", "at", "left", "cracks")
 
 
 def rows(seen: Watched) -> Iterator[list[str]]:
