@@ -30,10 +30,7 @@ nitpick_ignore_regex = [
 myst_enable_extensions = ["dollarmath", "html_image"]
 myst_fence_as_directive = ["math"]
 myst_heading_anchors = 4
-suppress_warnings = [
-    "myst.header",
-    "config.cache",
-]  # two pages in one (add-a-law.md); nothing is unpicklable by mistake
+suppress_warnings = ["config.cache"]  # nothing is unpicklable by mistake
 
 autodoc_typehints = "signature"
 autodoc_member_order = "bysource"

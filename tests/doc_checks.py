@@ -46,7 +46,6 @@ def check_add_a_law(page):
     assert page["pull"].work[-1] == pytest.approx(50, rel=1e-4)
     assert page["lost"].shear == pytest.approx([94.5e6, 0])
     assert page["steep"].length == pytest.approx(4)
-    assert page["waves"].summary["energy_error"] < 1e-6
 
 
 def check_workbench(page):
@@ -76,9 +75,6 @@ def check_measures(page):
     core = page["core"].laboratory.properties
     assert [core[name] / 1e6 for name in ("crack_initiation_lateral", "crack_damage")] == pytest.approx([40, 80])
     assert core["tangent_modulus"] == pytest.approx(50e9, rel=1e-4)  # digits of the file
-    ratio = properties["crack_initiation_count"] / page["result"].summary["strength"]
-    assert page["laboratory"].properties["initiation_ratio"] == pytest.approx(ratio)
-    assert f'<td class="number">{100 * ratio:.3g}</td>' in Path("report.html").read_text("utf-8")
 
 
 def check_waves(page):
@@ -249,12 +245,13 @@ def check_how_do_i(page):
     assert page["expected"].expected["ucs"][0] == pytest.approx(120e6, rel=0.02)  # the target that it looks for
     assert page["table"]["status"].tolist() == ["finished"] * 6
     assert page["section"].grains.count == 10
-    assert page["mine"].strength == 10e6
+    assert page["cut"] == pytest.approx([0, 9e6, 0])
     force = 4e-6 / 40e-3 * 60e9 * 20e-3  # of rock without contacts, which soften it
     assert 0.5 * force < page["pulled"].summary["largest_force"] < 1.1 * force
     assert page["core"].summary["modulus"] == pytest.approx(50e9, rel=1e-3)
-    shares = page["result"].cracks.tensile
-    assert page["laboratory"].properties["shear_share"] == pytest.approx(np.mean(~shares))
+    share = np.mean(~page["result"].cracks.tensile)
+    assert gl.Laboratory(page["result"], page["measures"]).properties["shear_share"] == pytest.approx(share)
+    assert f'<td class="number">{100 * share:.3g}</td>' in Path("report.html").read_text("utf-8")
     assert page["torn"].summary["strength"] < page["kept"].summary["strength"]
     assert np.array_equal(page["kept"].curves["stress"], page["again"].curves["stress"])
     assert Path("for-paraview/cracks.pvd").exists()

@@ -384,7 +384,7 @@ def of_ones_own(seed):
 
 
 class Height(gl.Measure):
-    """A measure as docs/measures.md shows one: a class without fields."""
+    """A measure as docs/how-do-i.md shows one: a class without fields."""
 
     name = "height"
     meaning = "peak over two"
