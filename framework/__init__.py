@@ -4,22 +4,35 @@ The public names stand in ``__init__.pyi``. Each is loaded when it is first used
 """
 
 import sys
+from importlib import import_module
 from typing import Any
 
 import lazy_loader
 
 __version__ = "0.3.0"
-_load, _, __all__ = lazy_loader.attach_stub(__name__, __file__)
+_load, _, _names = lazy_loader.attach_stub(__name__, __file__)
+MODULES = (
+    "conditions",
+    "gauges",
+    "geometry",
+    "integration",
+    "laws",
+    "loads",
+    "materials",
+    "protocols",
+)  #: of public names
+__all__ = [name for name in _names if name not in (*MODULES, "units")]
 
 
 def __getattr__(name: str) -> Any:
     try:
         return _load(name)
-    except AttributeError:  # with both, Python says which name was meant
+    except AttributeError:  # with name and object, Python says which name was meant
         words = f"module 'grainlaw' has no attribute '{name}'"
+        at = next((m for m in MODULES if name in import_module(f"{__name__}.{m}").__all__), "")
+        words += f": it is grainlaw.{at}.{name}" if at else ""
         raise AttributeError(words, name=name, obj=sys.modules[__name__]) from None
 
 
 def __dir__() -> list[str]:  # a notebook offers what is public, not the modules that it came from
-    imported = (name for name in ("geometry", "laws", "materials", "protocols", "units") if name in globals())
-    return [*__all__, "__version__", *imported]
+    return [*__all__, "__version__", *MODULES, "units"]

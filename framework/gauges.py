@@ -13,6 +13,8 @@ from grainlaw.mesh import Mesh
 from grainlaw.once import once_each
 from grainlaw.specimen import Specimen
 
+__all__ = ["CentreGauges", "ClipGauges", "Gauges", "WholeSpecimen"]
+
 
 @once_each
 def points_on(mesh: Mesh, boundary: str, count: int, share: float = 1.0) -> np.ndarray:
@@ -110,3 +112,7 @@ def _elongation(mesh: Mesh, displacement: np.ndarray, axis: int, start: np.ndarr
     """Change of the distance between two lots of nodes over that distance."""
     apart = mesh.nodes[end, axis].mean() - mesh.nodes[start, axis].mean()
     return float((displacement[end, axis].mean() - displacement[start, axis].mean()) / apart)
+
+
+def __dir__() -> list[str]:  # a notebook offers what is public
+    return [*__all__]

@@ -12,6 +12,22 @@ import numpy as np
 from grainlaw.arguments import Checked
 from grainlaw.fields import parameter, part, whole_number
 
+__all__ = [
+    "AdaptiveRelaxation",
+    "CentralDifference",
+    "Damping",
+    "DynamicRelaxation",
+    "Integrator",
+    "KineticRelaxation",
+    "LocalDamping",
+    "MassDamping",
+    "Motion",
+    "Relaxation",
+    "SwayDamping",
+    "Undamped",
+    "VibrationDamping",
+]
+
 SWAY = 0.1  #: damping over mass and frequency of the steady motion: 5 % of the critical damping of that frequency
 
 
@@ -140,7 +156,7 @@ class Integrator(metaclass=Checked):
     A whole integrator, forward motion without damping::
 
         @attrs.frozen(kw_only=True)
-        class Free(gl.Integrator):
+        class Free(gl.integration.Integrator):
             def step(self, force, change, velocity, mass, time_step):
                 return velocity + force / mass * time_step, 0.0
 
@@ -271,3 +287,7 @@ class DynamicRelaxation(Integrator):
     def adapt(self, motion: Motion, before: Motion | None) -> tuple[Integrator, bool]:
         coefficient, halt = self.relaxation.choose(motion, before)
         return attrs.evolve(self, damping=MassDamping(coefficient=coefficient)), halt
+
+
+def __dir__() -> list[str]:  # a notebook offers what is public
+    return [*__all__]

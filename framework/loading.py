@@ -51,7 +51,7 @@ class Loading(metaclass=Checked):
     A whole loading, which slows down as the load grows::
 
         @attrs.frozen(kw_only=True)
-        class Slowing(gl.Loading):
+        class Slowing(Loading):
             speed: float = gl.parameter("m/s")
 
             def first(self, pace):

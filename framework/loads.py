@@ -12,7 +12,7 @@ import numpy as np
 
 from grainlaw.arguments import floats, is_number
 from grainlaw.columns import HEAT_TIME, TEMPERATURE
-from grainlaw.condition import ComesTo, Condition, Reaches
+from grainlaw.conditions import ComesTo, Condition, Reaches
 from grainlaw.fields import ParameterError, grain_numbers, optional, parameter, part, vector
 from grainlaw.loading import Constant, HeatingRate
 from grainlaw.material import ABSOLUTE_ZERO
@@ -22,6 +22,27 @@ from grainlaw.messages import refusal, short
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Load, Stage
 from grainlaw.time_series import GAUSS, TimeSeries, Varying, rise, value_of, varying
+
+__all__ = [
+    "BarEnd",
+    "Conduction",
+    "Convection",
+    "Drive",
+    "Fixed",
+    "FixedTemperature",
+    "FluidPressure",
+    "Gravity",
+    "Heat",
+    "HeatFlux",
+    "HeatSource",
+    "Hold",
+    "InitialVelocity",
+    "Injection",
+    "Load",
+    "Pressure",
+    "Quiet",
+    "Traction",
+]
 
 
 def _is_axis(drive: Driven, attribute: attrs.Attribute, value: int) -> None:
@@ -739,3 +760,7 @@ class HeatSource(HeatLoad):
 
     def check_specimen(self, specimen: Specimen) -> None:
         specimen.check_grain_numbers("HeatSource: grains", self.grains)
+
+
+def __dir__() -> list[str]:  # a notebook offers what is public
+    return [*__all__]

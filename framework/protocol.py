@@ -8,7 +8,7 @@ from typing import Any
 
 from grainlaw.arguments import Checked
 from grainlaw.columns import Panel
-from grainlaw.condition import Curves
+from grainlaw.conditions import Curves
 from grainlaw.engine.state import State
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
@@ -28,9 +28,9 @@ class LoadingProtocol(metaclass=Checked):
 
             def stages(self, specimen):
                 low, high = specimen.grains.region.bounds
-                drives = [gl.Drive(boundary="top", axis=1, speed=self.speed),
-                          gl.Drive(boundary="bottom", axis=1, speed=0)]
-                end = gl.Reaches("displacement", 1e-4 * (high - low)[1])
+                drives = [gl.loads.Drive(boundary="top", axis=1, speed=self.speed),
+                          gl.loads.Drive(boundary="bottom", axis=1, speed=0)]
+                end = gl.conditions.Reaches("displacement", 1e-4 * (high - low)[1])
                 return [gl.Stage(name="pull", loads=drives, until=[end], interval=1e-5)]
 
             def measure(self, state):

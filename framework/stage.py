@@ -10,7 +10,7 @@ import numpy as np
 
 from grainlaw.arguments import Checked, fits
 from grainlaw.columns import ENERGY, MOTION, SUPPLIED, UNBALANCED
-from grainlaw.condition import Condition, Curves
+from grainlaw.conditions import Condition, Curves
 from grainlaw.fields import ParameterError, parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Loading

@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 
 from grainlaw.columns import LATERAL_STRAIN, SHARED, STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP, VOLUMETRIC_STRAIN, Panel
-from grainlaw.condition import Condition, Fails, FailsTo, FallsTo
+from grainlaw.conditions import Condition, Fails, FailsTo, FallsTo
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError
 from grainlaw.gauges import Gauges, ends, has_platens

@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 
 from grainlaw.columns import STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP, Panel
-from grainlaw.condition import Curves, Reaches
+from grainlaw.conditions import Curves, Reaches
 from grainlaw.engine.state import State
 from grainlaw.fields import parameter, part, whole_number
 from grainlaw.gauges import ends

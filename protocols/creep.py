@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 
 from grainlaw.columns import AGED, AGED_LOSS, FATIGUE, JUMPS, LATERAL_STRAIN, STAGE, STRAIN, STRESS, TIME, Panel, cracks
-from grainlaw.condition import AtRest, Condition, Curves, StageError
+from grainlaw.conditions import AtRest, Condition, Curves, StageError
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, parameter, part, whole_number
 from grainlaw.gauges import WholeSpecimen

@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 
 from grainlaw.columns import STAGE, STRAIN, STRESS, Panel, cracks
-from grainlaw.condition import Curves, FallsTo, Reaches
+from grainlaw.conditions import Curves, FallsTo, Reaches
 from grainlaw.engine.state import State
 from grainlaw.fields import parameter, part
 from grainlaw.loads import Drive

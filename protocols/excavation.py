@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 
 from grainlaw.columns import TIME, Panel
-from grainlaw.condition import AtRest, Curves
+from grainlaw.conditions import AtRest, Curves
 from grainlaw.engine.state import State
 from grainlaw.fields import IN_SITU, parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator

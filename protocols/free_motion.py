@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 
 from grainlaw.columns import TIME, Panel
-from grainlaw.condition import Condition, Curves
+from grainlaw.conditions import Condition, Curves
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, grain_numbers, parameter, part, vector, whole_number
 from grainlaw.integration import CentralDifference, Integrator, LocalDamping, Undamped

@@ -22,7 +22,7 @@ from grainlaw.columns import (
     cracks,
     energy,
 )
-from grainlaw.condition import Curves
+from grainlaw.conditions import Curves
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, checked_number, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator

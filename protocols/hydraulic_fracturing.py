@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 
 from grainlaw.columns import DAMAGED, SHARED, TIME, WET, Panel
-from grainlaw.condition import AtRest, Curves, FailsTo, Reaches
+from grainlaw.conditions import AtRest, Curves, FailsTo, Reaches
 from grainlaw.engine.state import State
 from grainlaw.fields import IN_SITU, parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator
@@ -30,8 +30,8 @@ class HydraulicFracturing(LoadingProtocol):
     """A rock comes under a stress, with an empty opening; then a fluid is pumped into this at a rate, until it breaks.
 
     The specimen's region has the opening as a hole, such as :func:`~grainlaw.geometry.plate_with_hole` makes. The fluid
-    fills what cracks it reaches, at once unless it has a ``viscosity``: :class:`~grainlaw.Injection`. The test ends
-    when contacts have broken and the pressure has fallen to ``stop_fraction`` of its largest, or with
+    fills what cracks it reaches, at once unless it has a ``viscosity``: :class:`~grainlaw.loads.Injection`. The test
+    ends when contacts have broken and the pressure has fallen to ``stop_fraction`` of its largest, or with
     ``largest_volume``. Pump so slowly that waves cross the specimen many times: with half of the rate the pressures
     should be the same without viscosity.
     """

@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 
 from grainlaw.columns import SHARED, STAGE, STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP, Panel
-from grainlaw.condition import AtRest, Condition, Curves, FallsTo, Reaches
+from grainlaw.conditions import AtRest, Condition, Curves, FallsTo, Reaches
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, parameter, part
 from grainlaw.gauges import ends

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from grainlaw.columns import IMBALANCE, STABILITY, STAGE, STORED, STRAIN, STRESS, VIBRATION, energy
-from grainlaw.condition import Curves
+from grainlaw.conditions import Curves
 from grainlaw.engine.state import State
 from grainlaw.gauges import ends, has_platens
 from grainlaw.once import once_each

@@ -16,7 +16,7 @@ from grainlaw.columns import (
     TIME,
     VOLUMETRIC_STRAIN,
 )
-from grainlaw.condition import Curves
+from grainlaw.conditions import Curves
 
 Counted = Callable[[Curves, int], Curves]  #: :meth:`LoadingProtocol.counted`
 #: what a test counts from its own beginning

@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 
 from grainlaw.columns import SATURATES, STAGE, TIME, WET, Panel
-from grainlaw.condition import AtRest, Curves
+from grainlaw.conditions import AtRest, Curves
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, checked_field, parameter, part
 from grainlaw.loads import BoundaryLoad, Drive, Driven, FluidPressure, Hold, Pressure, Quiet
@@ -39,11 +39,12 @@ def _names(where: str, value: Any) -> tuple[str, ...]:
 
 @attrs.frozen(kw_only=True)
 class Saturated(LoadingProtocol):
-    """Another test on a specimen in a fluid, which fills the cracks that it reaches: :class:`~grainlaw.FluidPressure`.
+    """Another test on a specimen in a fluid, which fills the cracks that it reaches.
 
-    The pressure rises together with the confinement, or the normal stress, of a test that begins with one, else before
-    the test, which goes on when the specimen rests, and counts strains and cracks from its own beginning. On boundaries
-    that the test moves, or presses by a membrane, the fluid is in the cracks behind them alone; others it presses.
+    It is a :class:`~grainlaw.loads.FluidPressure`, which rises together with the confinement, or the normal stress, of
+    a test that begins with one, else before the test, which goes on when the specimen rests, and counts strains and
+    cracks from its own beginning. On boundaries that the test moves, or presses by a membrane, the fluid is in the
+    cracks behind them alone; others it presses.
     """
 
     test: LoadingProtocol = part(LoadingProtocol, UniaxialCompression())  #: what the specimen is put through

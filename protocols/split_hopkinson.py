@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 
 from grainlaw.columns import DAMAGED, LOAD, STRAIN, TIME, Panel
-from grainlaw.condition import Curves, Fails, Reaches
+from grainlaw.conditions import Curves, Fails, Reaches
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, optional, parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator, Undamped
@@ -63,9 +63,9 @@ class SplitHopkinson(LoadingProtocol):
     """Another test by a wave that comes along a bar from above, with a second bar below: dynamic strength, toughness.
 
     In place of the drives between which the test loads the specimen there are the ends of two long elastic bars
-    (:class:`~grainlaw.BarEnd`); the bar of two supports stands half on each. The test measures as it does, its strength
-    and toughness are those of its own formulae, and beside them there are the three waves, the balance of the forces on
-    both ends, and rates. It lasts for the ``duration``, or ends at the failure of a test with
+    (:class:`~grainlaw.loads.BarEnd`); the bar of two supports stands half on each. The test measures as it does, its
+    strength and toughness are those of its own formulae, and beside them there are the three waves, the balance of the
+    forces on both ends, and rates. It lasts for the ``duration``, or ends at the failure of a test with
     ``until=Until.FAILURE``. For any test of one stage, such as ``UniaxialCompression``, ``Brazilian`` and
     ``SemiCircularBend``.
     """

@@ -22,7 +22,7 @@ from grainlaw.columns import (
     cracks,
     energy,
 )
-from grainlaw.condition import Curves
+from grainlaw.conditions import Curves
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, checked_field, optional, parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator
@@ -51,9 +51,9 @@ def _names(where: str, value: Any) -> tuple[str, ...]:
 class ThermalShock(LoadingProtocol):
     """Bring a free specimen to one temperature, then its boundaries, or some, to another at once, or into a bath.
 
-    Heat is conducted from then on (:class:`~grainlaw.Conduction`): what cools shrinks first, and is torn by what is
-    still hot. ``speedup`` is time of heat over time of the motion: slow enough where half of it gives the same cracks,
-    and ``shock_kinetic_ratio`` is small.
+    Heat is conducted from then on (:class:`~grainlaw.loads.Conduction`): what cools shrinks first, and is torn by what
+    is still hot. ``speedup`` is time of heat over time of the motion: slow enough where half of it gives the same
+    cracks, and ``shock_kinetic_ratio`` is small.
     """
 
     hot: float = parameter("degC", at_least=ABSOLUTE_ZERO)  #: temperature of all of it at first

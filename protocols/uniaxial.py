@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 
 from grainlaw.columns import DEVIATOR, STAGE, STRAIN, STRESS
-from grainlaw.condition import AtRest, Condition, Curves, Reaches, StageError
+from grainlaw.conditions import AtRest, Condition, Curves, Reaches, StageError
 from grainlaw.engine.state import State
 from grainlaw.fields import parameter, part, whole_number
 from grainlaw.gauges import Gauges, WholeSpecimen, has_platens

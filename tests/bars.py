@@ -6,9 +6,12 @@ import attrs
 import numpy as np
 
 import grainlaw as gl
+from grainlaw.conditions import Reaches
 from grainlaw.geometry import Bricks, moved, rectangle, together
+from grainlaw.integration import CentralDifference, Undamped
 from grainlaw.laws import CamachoOrtiz, Friction, Linear
 from grainlaw.laws.friction import slid
+from grainlaw.loads import Drive, InitialVelocity, Quiet, Traction
 from grainlaw.protocols import FreeMotion
 
 ROCK = gl.Elastic(youngs_modulus=60e9, poissons_ratio=0.25, density=2700)
@@ -89,14 +92,14 @@ class Shaken(gl.LoadingProtocol):
         wave = gl.TimeSeries(t, 2 * self.amplitude * np.sin(2 * np.pi * t / self.period))  # half of it comes in
         duration = 4 * self.period + 1.2 * np.ptp(specimen.mesh.nodes[:, 0]) / S_SPEED
         loads = [
-            *(gl.Drive(boundary=side, axis=0, speed=0.0) for side in ("top", "bottom")),
-            *(gl.Quiet(boundary=side) for side in ("left", "right")),
-            gl.Traction(boundary="left", stress=(0, 0, 1.0), factor=wave),
+            *(Drive(boundary=side, axis=0, speed=0.0) for side in ("top", "bottom")),
+            *(Quiet(boundary=side) for side in ("left", "right")),
+            Traction(boundary="left", stress=(0, 0, 1.0), factor=wave),
         ]
-        undamped = gl.CentralDifference(damping=gl.Undamped())
+        undamped = CentralDifference(damping=Undamped())
         return [
             gl.Stage(
-                name="shake", loads=loads, until=[gl.Reaches("time", duration)], interval=duration / self.samples,
+                name="shake", loads=loads, until=[Reaches("time", duration)], interval=duration / self.samples,
                 integrator=undamped,
             )
         ]  # fmt: skip
@@ -169,14 +172,13 @@ class Stretched(gl.LoadingProtocol):
         half = np.ptp(x) / 2
         velocity = np.column_stack([self.rate * (x - half), np.zeros(len(x))])
         ends = [
-            gl.Drive(boundary=side, axis=0, speed=sign * self.rate * half)
-            for side, sign in (("left", -1), ("right", 1))
+            Drive(boundary=side, axis=0, speed=sign * self.rate * half) for side, sign in (("left", -1), ("right", 1))
         ]
         return [
             gl.Stage(
-                name="stretch", loads=[*ends, gl.InitialVelocity(velocity=velocity)],
-                until=[gl.Reaches("time", self.duration)], interval=self.duration / 20,
-                integrator=gl.CentralDifference(damping=gl.Undamped()),
+                name="stretch", loads=[*ends, InitialVelocity(velocity=velocity)],
+                until=[Reaches("time", self.duration)], interval=self.duration / 20,
+                integrator=CentralDifference(damping=Undamped()),
             )
         ]  # fmt: skip
 

@@ -43,13 +43,13 @@ class Motion:
     ):  # fmt: skip
         specimen = gl.Specimen(grains, material)
         self.state, self.threads = state_of(specimen, law, detection or gl.Detection()), threads
-        self.integrator = gl.CentralDifference(damping=damping or gl.Undamped(), safety=safety)
+        self.integrator = gl.integration.CentralDifference(damping=damping or gl.integration.Undamped(), safety=safety)
         stable = StableStep(self.state)
         self.stage = gl.Stage(
-            name="motion", until=[gl.Reaches("time", 1)], interval=1, integrator=self.integrator,
+            name="motion", until=[gl.conditions.Reaches("time", 1)], interval=1, integrator=self.integrator,
             loads=[
-                *drives, gl.Gravity(acceleration=gravity), gl.Fixed(grains=fixed),
-                *([] if velocity is None else [gl.InitialVelocity(velocity=velocity(specimen))]),
+                *drives, gl.loads.Gravity(acceleration=gravity), gl.loads.Fixed(grains=fixed),
+                *([] if velocity is None else [gl.loads.InitialVelocity(velocity=velocity(specimen))]),
             ],
         )  # fmt: skip
         self.state.begin(self.stage)

@@ -12,6 +12,7 @@ from scipy.stats import ttest_1samp
 import grainlaw as gl
 from grainlaw.calibration.targets import AIMS
 from grainlaw.geometry import label_agreement
+from grainlaw.studies.statistics import Difference
 
 ROOT = Path(__file__).parents[1]
 PAGES = {
@@ -141,7 +142,7 @@ def check_studies(page):
     failed = np.isfinite(page["pressed"]["strength"])
     line = np.polyfit(page["pressed"]["confinement"][failed], page["pressed"]["strength"][failed], 1)
     assert page["envelope"].mohr_coulomb.slope == pytest.approx(line[0])
-    fields = {field.name for field in attrs.fields(gl.Difference)} - {"factor"}
+    fields = {field.name for field in attrs.fields(Difference)} - {"factor"}
     assert fields <= set(re.findall(r"`(\w+)", PAGES["docs/studies.md"]))  # the tables explain all
 
 

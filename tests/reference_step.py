@@ -39,11 +39,11 @@ class Reference:
             for i in corners:
                 self.mass[i] += specimen.material.density * self.area(z) / 3
         self.before = [self.weight(i) for i in range(count)]  # a change of the weight is no vibration
-        self.platens = [Platen(self, hold) for kind in (gl.Hold, gl.BarEnd) for hold in self.of(kind)]
+        self.platens = [Platen(self, hold) for kind in (gl.loads.Hold, gl.loads.BarEnd) for hold in self.of(kind)]
         self.came = [0j] * count  #: the last increments of the displacements
         self.touching = Touching(self, law, memory, detection) if detection else None
         self.wet, self.full = {}, {}
-        for pumped in self.of(gl.Injection):
+        for pumped in self.of(gl.loads.Injection):
             self.pressure, self.pumped, self.room = pumped.pressure, pumped, pumped.volume
             self.content = self.room * (1 + self.pressure / pumped.bulk_modulus)
         self.soak()
@@ -53,7 +53,7 @@ class Reference:
         return cross(b - a, c - a) / 2
 
     def weight(self, i):
-        return sum((self.mass[i] * complex(*g.acceleration) for g in self.of(gl.Gravity)), 0j)
+        return sum((self.mass[i] * complex(*g.acceleration) for g in self.of(gl.loads.Gravity)), 0j)
 
     def of(self, kind):
         return [load for load in self.loads if isinstance(load, kind)]
@@ -69,12 +69,12 @@ class Reference:
         if self.touching:
             self.touching.add(f)
         self.add_fluids(f)
-        for load in self.of(gl.Pressure):
+        for load in self.of(gl.loads.Pressure):
             for i, j in self.mesh.boundary_edges[load.boundary].tolist():
                 now = self.x0[j] + self.u[j] - self.x0[i] - self.u[i]
                 for node in (i, j):
                     f[node] += load.pressure * 1j * now / 2  # towards the grain, on its left
-        for load in self.of(gl.Traction):
+        for load in self.of(gl.loads.Traction):
             xx, yy, xy = load.stress
             for i, j in self.mesh.boundary_edges[load.boundary].tolist():
                 out = -1j * (self.x0[j] - self.x0[i])
@@ -143,7 +143,7 @@ class Reference:
     def soak(self):
         """Find the contact points that a fluid has reached: on its boundary, or through points that are broken."""
         self.wet = {}
-        fluids = [*self.of(gl.FluidPressure), *self.of(gl.Injection)]
+        fluids = [*self.of(gl.loads.FluidPressure), *self.of(gl.loads.Injection)]
         damage = self.names.index("damage") if fluids else None
         for fluid in sorted(fluids, key=lambda fluid: fluid.pressure):
             corners, points, reached = set(self.mesh.boundaries[fluid.boundary].tolist()), set(), -1
@@ -157,7 +157,7 @@ class Reference:
                             points |= {(c, p)} if broken[p] else set()
                         if (c, 1 - p) in points and broken[p]:
                             points.add((c, p))
-            self.wet |= dict.fromkeys(points, fluid.pressure if isinstance(fluid, gl.FluidPressure) else None)
+            self.wet |= dict.fromkeys(points, fluid.pressure if isinstance(fluid, gl.loads.FluidPressure) else None)
         for place in self.pumped_faces():
             if place not in self.full:  # as it was at the last forces, with the room of what it has opened
                 now = [u - came for u, came in zip(self.u, self.came, strict=True)]
@@ -169,7 +169,7 @@ class Reference:
         for (c, p), pressure in self.wet.items():
             if pressure is None:
                 yield from ((*ends, 0.5) for ends in self.sides(c, p))
-        for pumped in self.of(gl.Injection):
+        for pumped in self.of(gl.loads.Injection):
             for i, j in [] if pumped.cracks_only else self.mesh.boundary_edges[pumped.boundary].tolist():
                 yield i, j, 0.5, 1.0
 
@@ -196,7 +196,7 @@ class Reference:
 
     def pump(self):
         """The pressure at which what is there fills the room that the faces have made, by the trapezoidal rule."""
-        for pumped in self.of(gl.Injection):
+        for pumped in self.of(gl.loads.Injection):
             self.content += pumped.rate * self.dt
             for place, (normal, moved) in self.full.items():
                 now = self.face(place, self.u)
@@ -215,7 +215,7 @@ class Reference:
                 force = pressure / 2 * 1j * (self.at(second) - self.at(first))
                 f[first] += (1 - w2) * force
                 f[second] += w2 * force
-        for fluid in self.of(gl.FluidPressure):
+        for fluid in self.of(gl.loads.FluidPressure):
             for i, j in [] if fluid.cracks_only else self.mesh.boundary_edges[fluid.boundary].tolist():
                 for node in (i, j):
                     f[node] += fluid.pressure * 1j * (self.at(j) - self.at(i)) / 2
@@ -226,7 +226,7 @@ class Reference:
         f = self.forces()
         held = {
             (int(i), drive.axis): drive.speed
-            for drive in self.of(gl.Drive) for i in self.mesh.boundaries[drive.boundary]
+            for drive in self.of(gl.loads.Drive) for i in self.mesh.boundaries[drive.boundary]
         }  # fmt: skip
         held |= {(i, platen.hold.axis): math.nan for platen in self.platens for i in platen.nodes}
         self.absorb(f, held)
@@ -247,7 +247,7 @@ class Reference:
     def absorb(self, f, held):
         """Dashpots of quiet boundaries, on the mean of the velocities before and after the step."""
         dashpots, rock = {}, self.specimen.material
-        for load in self.of(gl.Quiet):
+        for load in self.of(gl.loads.Quiet):
             young, nu, density = rock.youngs_modulus, rock.poissons_ratio, rock.density
             along = math.sqrt(density * young * (1 - nu) / ((1 + nu) * (1 - 2 * nu)))
             across = math.sqrt(density * young / (2 * (1 + nu)))
@@ -279,7 +279,7 @@ class Platen:
 
     def step(self, f):
         force = sum(parts(f[i])[self.hold.axis] for i in self.nodes)
-        if isinstance(self.hold, gl.BarEnd):
+        if isinstance(self.hold, gl.loads.BarEnd):
             width, half = self.hold.width or self.length, self.of.dt / (2 * self.mass)
             force += 2 * width * self.hold.stress
             dashpot = width * self.hold.impedance
@@ -316,7 +316,7 @@ class RigidReference(Reference):
         self.pulled = [(self.heavy(g), 0.0) for g in grains]
 
     def heavy(self, g):
-        return sum((self.whole[g] * complex(*each.acceleration) for each in self.of(gl.Gravity)), 0j)
+        return sum((self.whole[g] * complex(*each.acceleration) for each in self.of(gl.loads.Gravity)), 0j)
 
     def behind(self, edge):
         return self.whole[self.grain[edge[0]]]
@@ -329,7 +329,9 @@ class RigidReference(Reference):
 
     def step(self):
         f = self.forces()
-        driven = {(self.grain[i], d.axis): d.speed for d in self.of(gl.Drive) for i in self.mesh.boundaries[d.boundary]}
+        driven = {
+            (self.grain[i], d.axis): d.speed for d in self.of(gl.loads.Drive) for i in self.mesh.boundaries[d.boundary]
+        }
         held = {g for g, _ in driven}
         for g in range(len(self.middle)):
             own = [i for i, of in enumerate(self.grain) if of == g]

@@ -61,13 +61,15 @@ def slid(material):
 
 def stayed(material):
     """(k,) m that a block with 35 degrees of friction has moved down the incline, in 2 s."""
-    motion, way = on_incline(35, material, damping=gl.LocalDamping())
+    motion, way = on_incline(35, material, damping=gl.integration.LocalDamping())
     return motion.run(2.0, 20, **way)["way"]
 
 
 def leaned(material, share):
     """Degrees by which a block has turned on the incline; its width over height is ``share`` of tan 30."""
-    motion, _ = on_incline(60, material, width=share * TAN_30, height=1.0, stiffness=1e10, damping=gl.LocalDamping())
+    motion, _ = on_incline(
+        60, material, width=share * TAN_30, height=1.0, stiffness=1e10, damping=gl.integration.LocalDamping()
+    )
     motion.run(3.0)
     first, second = motion.state.positions[motion.state.mesh.node_grain == 1][:2]
     return math.degrees(math.atan2(*(second - first)[::-1])) - 30
@@ -125,10 +127,10 @@ def over_joints(material, step=0.0, damping=0.0, samples=1000):
     ``samples=None`` sees every step.
     """
     floor = [box(1, 1, k, -1 + step * (k % 2), f"floor {k}") for k in range(5)]
-    drive = gl.Drive(boundary="box", axis=0, speed=0.5, ramp=0.2)
+    drive = gl.loads.Drive(boundary="box", axis=0, speed=0.5, ramp=0.2)
     motion = Motion(
         together(*floor, box(1.37, 1, 0.2, step)), faces(), material=material, gravity=DOWN, fixed=range(5),
-        drives=[drive], damping=gl.MassDamping(coefficient=100.0), detection=gl.Detection(damping=damping),
+        drives=[drive], damping=gl.integration.MassDamping(coefficient=100.0), detection=gl.Detection(damping=damping),
     )  # fmt: skip
     weight = 2600 * 1.37 * GRAVITY
     run = motion.run(
@@ -151,7 +153,7 @@ def over_teeth(angle, *, stiffness=1e9, speed=0.1, seconds=12.0, samples=600, da
     body = moved(box(0.6, 0.6, -0.3, -0.3), by=(1.0, 0.3 * math.sqrt(2)), turn=45)
     motion = Motion(
         together(*teeth, body), faces(stiffness=stiffness), gravity=DOWN, fixed=range(4), safety=safety,
-        drives=[gl.Drive(boundary="box", axis=0, speed=speed, ramp=0.5)], detection=gl.Detection(damping=damping),
+        drives=[gl.loads.Drive(boundary="box", axis=0, speed=speed, ramp=0.5)], detection=gl.Detection(damping=damping),
     )  # fmt: skip
     scale = 2600 * 0.36 * GRAVITY * slope
     return scale, motion.run(
@@ -260,7 +262,7 @@ def ridden(law, material, damping):
 
 # --- bricks that are shaken ------------------------------------------------------------------------------------------
 
-UNDAMPED = gl.CentralDifference(damping=gl.Undamped())
+UNDAMPED = gl.integration.CentralDifference(damping=gl.integration.Undamped())
 
 
 @attrs.frozen(kw_only=True)
@@ -270,17 +272,17 @@ class Shaken(gl.LoadingProtocol):
     speed: float = 1.0  #: m/s, or 1/s of the strain
     duration: float = 2e-5
     apart: bool = False
-    integrator: gl.Integrator = UNDAMPED
+    integrator: gl.integration.Integrator = UNDAMPED
 
     def stages(self, specimen):
         places = specimen.mesh.nodes - specimen.mesh.nodes.mean(axis=0)
         thrown = np.random.default_rng(1).normal(size=places.shape)
-        ends = [gl.Drive(boundary=end, axis=axis, speed=0.0) for end in ("bottom", "top") for axis in (0, 1)]
+        ends = [gl.loads.Drive(boundary=end, axis=axis, speed=0.0) for end in ("bottom", "top") for axis in (0, 1)]
         velocity = self.speed * (places * [1, 0] if self.apart else thrown)
         return [
             gl.Stage(
-                name="shake", loads=[*([] if self.apart else ends), gl.InitialVelocity(velocity=velocity)],
-                until=[gl.Reaches("time", self.duration)],
+                name="shake", loads=[*([] if self.apart else ends), gl.loads.InitialVelocity(velocity=velocity)],
+                until=[gl.conditions.Reaches("time", self.duration)],
                 interval=self.duration / 20, integrator=self.integrator,
             )
         ]  # fmt: skip

@@ -68,19 +68,24 @@ def state_of(specimen, laws, detection=None):
 
 def impose(state, loads):
     """Begin a stage of loads."""
-    state.begin(gl.Stage(name="loads", loads=loads, until=[gl.Reaches("time", 1)], interval=1))
+    state.begin(gl.Stage(name="loads", loads=loads, until=[gl.conditions.Reaches("time", 1)], interval=1))
 
 
 def with_quiet(stage, *boundaries):
     """A stage with other quiet boundaries."""
-    return attrs.evolve(stage, loads=[*(one for one in stage.loads if not isinstance(one, gl.Quiet)), *boundaries])
+    return attrs.evolve(
+        stage, loads=[*(one for one in stage.loads if not isinstance(one, gl.loads.Quiet)), *boundaries]
+    )
 
 
 def advance(state, steps=1, time_step=1e-30, integrator=None, threads=1):
     """Let the engine do steps on a state by itself, without driven boundaries; undamped if not told otherwise."""
     state.time_step = time_step
     stepping.advance(
-        state, compile_integrator(integrator or gl.CentralDifference(damping=gl.Undamped())), steps, threads=threads
+        state,
+        compile_integrator(integrator or gl.integration.CentralDifference(damping=gl.integration.Undamped())),
+        steps,
+        threads=threads,
     )
 
 

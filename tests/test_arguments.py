@@ -13,6 +13,7 @@ from grainlaw.arguments import fits, wanted
 from grainlaw.geometry import from_polygons, moved, together
 from grainlaw.laws import CohesiveCrack, Linear
 from grainlaw.protocols import UniaxialTension
+from grainlaw.workbench.conformance import Entry, Report
 
 WRONG = {
     "misspelt field": (
@@ -30,7 +31,7 @@ WRONG = {
     "twice": (lambda: moved(1, grains=2), "moved: multiple values for argument 'grains'"),
     "kind": (lambda: moved(5), "moved: grains = 5 is not allowed, it must be a Tessellation"),
     "one of several": (lambda: together(5), "together: bodies = 5 is not allowed, it must be a Tessellation"),
-    "in a list": (lambda: gl.Report("x", [5]), r"Report: entries = \[5\] is not allowed, it must be a list of Entries"),
+    "in a list": (lambda: Report("x", [5]), r"Report: entries = \[5\] is not allowed, it must be a list of Entries"),
     "interface": (lambda: gl.ContactLaw(), "ContactLaw cannot be made: it must define stiffness, traction"),
     "array": (lambda: UniaxialTension(loading=gl.Constant(speed=[1, 2])), r"Constant: speed = \[1, 2\] is not allowed"),
     "empty array": (lambda: Linear(kn=[], ks=1), r"Linear: kn = \[\] is not allowed"),
@@ -49,7 +50,7 @@ HINTS = [
     (str | None, None, 1, "a text or None"), (Sequence[str], ["a"], "a", "list of texts"),
     (tuple[int, int], (1, 2), (1, 2, 3), "pair of whole numbers"), (Callable[[int], int], len, 1, "function"),
     (Mapping[int, str], {1: "a"}, {"a": "a"}, "mapping from whole numbers to texts"),
-    (tuple[gl.Entry, ...], [], [1], "list of Entries"), (np.ndarray, np.zeros(2), [0.0], "array"),
+    (tuple[Entry, ...], [], [1], "list of Entries"), (np.ndarray, np.zeros(2), [0.0], "array"),
 ]  # fmt: skip
 
 

@@ -6,10 +6,11 @@ import pytest
 from support import ROCK
 
 import grainlaw as gl
-from grainlaw.condition import ComesTo
+from grainlaw.conditions import AtRest, ComesTo, FailsTo, FallsTo, Reaches
 from grainlaw.geometry import Bricks, rectangle
-from grainlaw.integration import CentralDifference, DynamicRelaxation
+from grainlaw.integration import CentralDifference, DynamicRelaxation, Integrator
 from grainlaw.laws import Linear
+from grainlaw.loads import Drive, Hold, InitialVelocity
 
 STRESS, HEIGHT, ROWS, KN = 1e6, 80e-3, 40, 1e14
 
@@ -23,15 +24,15 @@ class Rest(gl.LoadingProtocol):
     axis: int = 1
     interval: float = 5e-6
     drift: float = 0.0
-    integrator: gl.Integrator = CentralDifference()
+    integrator: Integrator = CentralDifference()
 
     def stages(self, specimen):
-        load = gl.Hold(boundary="top", axis=self.axis, stress=-STRESS, ramp=self.ramp)
-        held = [gl.Drive(boundary="bottom", axis=axis, speed=0.0) for axis in {1, self.axis}]
+        load = Hold(boundary="top", axis=self.axis, stress=-STRESS, ramp=self.ramp)
+        held = [Drive(boundary="bottom", axis=axis, speed=0.0) for axis in {1, self.axis}]
         if self.axis == 0:
-            held.append(gl.Drive(boundary="top", axis=1, speed=0.0))
-        drift = gl.InitialVelocity(velocity=np.tile([self.drift, 0.0], (len(specimen.mesh.nodes), 1)))
-        return [gl.Stage(name="rest", loads=[load, *held, drift], until=[gl.AtRest(self.ratio)], interval=self.interval,
+            held.append(Drive(boundary="top", axis=1, speed=0.0))
+        drift = InitialVelocity(velocity=np.tile([self.drift, 0.0], (len(specimen.mesh.nodes), 1)))
+        return [gl.Stage(name="rest", loads=[load, *held, drift], until=[AtRest(self.ratio)], interval=self.interval,
                          integrator=self.integrator, sample_limit=5000)]  # fmt: skip
 
     def measure(self, state):
@@ -75,7 +76,7 @@ def test_a_specimen_that_drifts_as_a_whole_is_at_rest():
 
 def rest(unbalanced, motion, ratio=0.1):
     count = len(unbalanced)
-    return gl.AtRest(ratio).progress({"time": np.arange(count), "unbalanced": np.array(unbalanced),
+    return AtRest(ratio).progress({"time": np.arange(count), "unbalanced": np.array(unbalanced),
                                       "motion": np.array(motion)})  # fmt: skip
 
 
@@ -92,14 +93,14 @@ def test_how_far_a_stage_is_by_hand():
     def progress(condition, *values):
         return condition.progress({"load": np.array(values, dtype=float)})
 
-    assert progress(gl.Reaches("load", 4.0), 9, 3, 1) == 0.25
+    assert progress(Reaches("load", 4.0), 9, 3, 1) == 0.25
     for end, start in ((60.0, 20.0), (-20.0, 20.0), (20.0, -20.0)):
         assert progress(ComesTo("load", end), start, 7.0, (start + end) / 2) == pytest.approx(0.5)
         assert progress(ComesTo("load", end), start, start) == 0
         assert progress(ComesTo("load", end), start, end) == 1
     assert progress(ComesTo("load", 20.0), 20.0, 25.0) == 1  # it was there
     for values, falls in (((0, 8, 4), 1), ((0, 8, 4.1), 0), ((8, 2, 9), 0), ((-1, -4), 0), ((0, 0), 0), ((4, 8), 0)):
-        assert progress(gl.FallsTo("load", 0.5), *values) == falls
+        assert progress(FallsTo("load", 0.5), *values) == falls
 
 
 @pytest.mark.parametrize("share", [(1, 0), (0, 1), (1, 1)], ids=["in tension", "in shear", "in both"])
@@ -109,7 +110,7 @@ def test_a_fall_is_a_failure_if_a_contact_has_broken_in_this_stage(share):
         columns |= {
             kind: np.array(cracks) * k for kind, k in zip(("tensile_cracks", "shear_cracks"), share, strict=True)
         }
-        return gl.FailsTo("load", 0.5).progress({name: np.array(column) for name, column in columns.items()})
+        return FailsTo("load", 0.5).progress({name: np.array(column) for name, column in columns.items()})
 
     assert [progress(cracks, 0) for cracks in ([0, 0, 0], [0, 0, 1], [1, 1, 1])] == [0, 1, 1]
     assert [progress(cracks, 1) for cracks in ([2, 2, 2], [2, 2, 3])] == [0, 1]

@@ -20,11 +20,11 @@ PRESS = UniaxialCompression(loading=gl.Constant(speed=0.3), maximum_strain=1e-4,
 class Pull(gl.LoadingProtocol):
     """Measures a force alone, or nothing."""
 
-    until: gl.Condition = attrs.field(factory=lambda: gl.Reaches("time", 1e-5))
+    until: gl.conditions.Condition = attrs.field(factory=lambda: gl.conditions.Reaches("time", 1e-5))
     force: bool = True
 
     def stages(self, specimen):
-        drives = [gl.Drive(boundary="top", axis=1, speed=0.1), gl.Drive(boundary="bottom", axis=1, speed=0)]
+        drives = [gl.loads.Drive(boundary="top", axis=1, speed=0.1), gl.loads.Drive(boundary="bottom", axis=1, speed=0)]
         return [gl.Stage(name="pull", loads=drives, until=[self.until], interval=1e-6)]
 
     def measure(self, state):
@@ -87,7 +87,7 @@ def test_pictures_of_several_results_name_the_columns_they_miss(pulled):
         attrs.evolve(pulled, curves={}).plot()
 
 
-@pytest.mark.parametrize("until", [gl.Reaches("strain", 0.1), gl.FallsTo("strain", 0.5)])
+@pytest.mark.parametrize("until", [gl.conditions.Reaches("strain", 0.1), gl.conditions.FallsTo("strain", 0.5)])
 def test_conditions_name_the_column_they_miss(until):
     says = f"{type(until).__name__} needs the column strain, which the test does not record; it records force$"
     with pytest.raises(gl.ParameterError, match=says):

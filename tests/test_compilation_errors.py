@@ -202,7 +202,7 @@ def test_a_traction_without_slip_is_refused():
 
 def test_an_integrator_that_returns_one_number_is_refused():
     @attrs.frozen
-    class Short(gl.Integrator):
+    class Short(gl.integration.Integrator):
         def step(self, force, change, velocity, mass, time_step):
             return velocity
 
@@ -215,7 +215,7 @@ def test_an_integrator_that_returns_one_number_is_refused():
 
 def test_an_integrator_that_moves_to_two_places_is_refused():
     @attrs.frozen
-    class Two(gl.Integrator):
+    class Two(gl.integration.Integrator):
         def step(self, force, change, velocity, mass, time_step):
             return velocity, 0.0
 

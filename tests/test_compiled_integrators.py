@@ -8,12 +8,13 @@ from support import STIFF, small_sample
 import grainlaw as gl
 from grainlaw.compiler.batch import compile_integrator
 from grainlaw.compiler.structure import other_numbers, structure
+from grainlaw.integration import CentralDifference, DynamicRelaxation, Integrator, LocalDamping, MassDamping, Undamped
 from grainlaw.laws import Linear
 from grainlaw.protocols import UniaxialTension
 
 
 @attrs.frozen(kw_only=True)
-class Free(gl.Integrator):
+class Free(Integrator):
     """The example of the interface's docstring."""
 
     def step(self, force, change, velocity, mass, time_step):
@@ -52,9 +53,9 @@ def advance(integrator, cuts=(), count=40):
 
 
 INTEGRATORS = [
-    Free(), Drifting(), gl.CentralDifference(), gl.CentralDifference(damping=gl.Undamped()),
-    gl.CentralDifference(damping=gl.MassDamping(coefficient=0.3)), gl.CentralDifference(damping=gl.LocalDamping()),
-    gl.DynamicRelaxation(),
+    Free(), Drifting(), CentralDifference(), CentralDifference(damping=Undamped()),
+    CentralDifference(damping=MassDamping(coefficient=0.3)), CentralDifference(damping=LocalDamping()),
+    DynamicRelaxation(),
 ]  # fmt: skip
 
 
@@ -84,7 +85,7 @@ def test_integrators_split_unevenly_give_the_same_bits(integrator):
 def test_an_integrator_of_ones_own_runs():
     test = UniaxialTension(maximum_strain=2e-5, samples=20, integrator=Free())
     own = gl.simulate(small_sample(12), Linear(**STIFF), test)
-    undamped = attrs.evolve(test, integrator=gl.CentralDifference(damping=gl.Undamped()))
+    undamped = attrs.evolve(test, integrator=CentralDifference(damping=Undamped()))
     theirs = gl.simulate(small_sample(12), Linear(**STIFF), undamped)
     assert own.summary["steps"] == theirs.summary["steps"]
     assert np.allclose(own.curves["stress"], theirs.curves["stress"], rtol=1e-6)
@@ -109,10 +110,18 @@ class Switched(Free):
 
 OTHERS = {
     "a number": (Drifting(), Drifting(drift=2.0), True),
-    "a number of a part": (gl.DynamicRelaxation(), gl.DynamicRelaxation(damping=gl.MassDamping(coefficient=3)), True),
+    "a number of a part": (
+        DynamicRelaxation(),
+        DynamicRelaxation(damping=MassDamping(coefficient=3)),
+        True,
+    ),
     "nothing": (Drifting(), Drifting(), True),
     "a class": (Free(), Drifting(), False),
-    "the class of a part": (gl.CentralDifference(), gl.CentralDifference(damping=gl.Undamped()), False),
+    "the class of a part": (
+        CentralDifference(),
+        CentralDifference(damping=Undamped()),
+        False,
+    ),
     "a flag": (Switched(), Switched(reverse=True), False),
     "a flag that follows from a number": (Switched(), Switched(limit=6.0), False),
 }

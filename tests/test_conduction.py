@@ -29,7 +29,7 @@ ELASTIC = gl.Elastic(youngs_modulus=E, poissons_ratio=NU, density=RHO)
 ROCK = Thermal(material=ELASTIC, expansion=ALPHA, conductivity=K, heat_capacity=C)
 HARD = Linear(kn=1e16, ks=1e16)  # between grains of mm: of no account
 LENGTH, RADIUS, HOT = 20e-3, 10e-3, 120.0
-SUDDEN = gl.FixedTemperature(boundary="left", temperature=HOT)
+SUDDEN = gl.loads.FixedTemperature(boundary="left", temperature=HOT)
 
 
 def slab(columns=4, refinement=2, rock=ROCK):
@@ -43,13 +43,13 @@ def round_plate(grains=40, refinement=1):
 
 
 def rim(temperature):
-    return [gl.FixedTemperature(boundary=name, temperature=temperature) for name in ("rim", "top", "bottom")]
+    return [gl.loads.FixedTemperature(boundary=name, temperature=temperature) for name in ("rim", "top", "bottom")]
 
 
 def begun(specimen, *loads, law=HARD, **options):
     """A state whose heat flows in steps of a second of the motion."""
     state = state_of(specimen, law)
-    flow = gl.Conduction(duration=1e9, **options)
+    flow = gl.loads.Conduction(duration=1e9, **options)
     state.begin(gl.Stage(name="heat", loads=[flow, *loads], interval=1.0))
     return state
 
@@ -79,9 +79,9 @@ class Conducted(gl.LoadingProtocol):
     def stages(self, specimen):
         found = []
         for k, loads in enumerate(self.loads):
-            (heat,) = (load for load in loads if isinstance(load, gl.Conduction))
+            (heat,) = (load for load in loads if isinstance(load, gl.loads.Conduction))
             heat = attrs.evolve(heat, speedup=heat.duration / self.time)
-            others = [load for load in loads if not isinstance(load, gl.Conduction)]
+            others = [load for load in loads if not isinstance(load, gl.loads.Conduction)]
             found.append(gl.Stage(name=f"heat {k}", loads=[heat, *others], interval=self.time / self.samples))
         return found
 
@@ -134,7 +134,7 @@ def test_a_slab_warms_from_a_face(share):
 def test_a_slab_is_cooled_by_what_flows_past_it(biot):
     """Carslaw and Jaeger (1959) 3.11: insulated at one face, Newton's law at the other, roots of b tan b = Biot."""
     time, specimen = 0.3 * LENGTH**2 / DIFFUSIVITY, slab()
-    past = gl.Convection(boundary="right", coefficient=biot * K / LENGTH, temperature=HOT)
+    past = gl.loads.Convection(boundary="right", coefficient=biot * K / LENGTH, temperature=HOT)
     found, _ = conducted(specimen, past, time=time, steps=40)
     b = np.array(
         [brentq(lambda b: b * np.tan(b) - biot, n * np.pi + 1e-9, (n + 0.5) * np.pi - 1e-9) for n in range(30)]
@@ -163,7 +163,7 @@ def test_a_hot_block_is_cooled_from_all_sides():
     """The product of the fields of two slabs, each with both faces at another temperature at once (5.6)."""
     grains = Voronoi(grains=12, seed=1).tessellate(rectangle(LENGTH, LENGTH))
     specimen, time = gl.Specimen(grains, ROCK, refinement=2), 0.03 * LENGTH**2 / DIFFUSIVITY
-    sides = [gl.FixedTemperature(boundary=side, temperature=HOT) for side in ("left", "right", "top", "bottom")]
+    sides = [gl.loads.FixedTemperature(boundary=side, temperature=HOT) for side in ("left", "right", "top", "bottom")]
     found, _ = conducted(specimen, *sides, time=time, steps=40)
     n = 2 * np.arange(60) + 1
     decay = 4 / np.pi / n * np.exp(-DIFFUSIVITY * (n * np.pi / LENGTH) ** 2 * time)
@@ -179,7 +179,9 @@ def test_the_order_in_space_is_two():
         specimen = gl.Specimen(grains, ROCK, refinement=refinement)
         rate = 2 * DIFFUSIVITY * (np.pi / LENGTH) ** 2
         step = 0.5 / rate / count
-        cold = [gl.FixedTemperature(boundary=side, temperature=20.0) for side in ("left", "right", "top", "bottom")]
+        cold = [
+            gl.loads.FixedTemperature(boundary=side, temperature=20.0) for side in ("left", "right", "top", "bottom")
+        ]
         state = begun(specimen, *cold, speedup=step, step=step)
         field = np.prod(np.sin(np.pi * specimen.mesh.nodes / LENGTH), axis=1)
         state.conduction.books.ends[:] = 20 + field
@@ -194,7 +196,7 @@ def test_the_order_in_space_is_two():
 def test_the_order_in_time_is_one():
     """A block that conducts so well that it has one temperature fades by exp(-h P t / C), Newton's law of cooling."""
     even = attrs.evolve(ROCK, conductivity=1e9)
-    past = gl.Convection(boundary="right", coefficient=50.0, temperature=HOT)
+    past = gl.loads.Convection(boundary="right", coefficient=50.0, temperature=HOT)
     rate = 50.0 / (RHO * C * LENGTH)
     errors = []
     for steps in (10, 20, 40):
@@ -216,7 +218,7 @@ def test_the_order_in_time_is_one():
 def test_a_contact_is_a_resistance_in_series(law, opening, conductance):
     """Steady between two faces, two bricks and a contact: q = dT / (L/k + 1/h), and T straight in each brick."""
     specimen = slab(columns=2, refinement=1)
-    cold = gl.FixedTemperature(boundary="right", temperature=20.0)
+    cold = gl.loads.FixedTemperature(boundary="right", temperature=20.0)
     found, state = conducted(
         specimen, SUDDEN, cold, time=2e5, steps=40, law=law, opening=opening, bonded=500.0, filling=0.03,
         smallest_aperture=2e-6,
@@ -234,7 +236,7 @@ def test_a_fixed_temperature_is_that_of_the_end_of_a_step():
     specimen = slab()
     left, right = (specimen.mesh.boundaries[name] for name in ("left", "right"))
     rising = attrs.evolve(SUDDEN, start=40.0, ramp=20.0)
-    series = gl.FixedTemperature(boundary="right", temperature=[(0, 20), (10, 60), (20, 20)])
+    series = gl.loads.FixedTemperature(boundary="right", temperature=[(0, 20), (10, 60), (20, 20)])
     found, _ = conducted(specimen, rising, series, time=5.0, steps=5)
     share = 0.25**3 * (10 - 15 * 0.25 + 6 * 0.25**2)
     assert found[left] == pytest.approx(40 + 80 * share)
@@ -260,16 +262,16 @@ def test_factors_are_kept_while_contacts_hardly_change():
 def test_heat_is_balanced_with_every_load():
     """What comes in by each load is known; all of it is stored, but for rounding."""
     specimen, time = small_sample(12, material=ROCK), 60.0
-    flux = gl.HeatFlux(boundary="left", flux=[(0, 0), (30, 1e4), (60, 0)])
-    source = gl.HeatSource(power=1e6, grains=[2, 5], ramp=30.0)
+    flux = gl.loads.HeatFlux(boundary="left", flux=[(0, 0), (30, 1e4), (60, 0)])
+    source = gl.loads.HeatSource(power=1e6, grains=[2, 5], ramp=30.0)
     for loads, expected in [
         ([flux], 1e4 * 30 * 40e-3),
         ([source], 1e6 * specimen.grains.areas[[2, 5]].sum() * 45.5),  # rising, each step has what it ends with
-        ([gl.HeatSource(power=1e6)], 1e6 * specimen.grains.areas.sum() * 60),
+        ([gl.loads.HeatSource(power=1e6)], 1e6 * specimen.grains.areas.sum() * 60),
     ]:
         _, state = conducted(specimen, *loads, time=time, steps=60)
         assert state.conduction.columns["heat_supplied"] == pytest.approx(expected, rel=1e-9)
-    past = gl.Convection(boundary="top", coefficient=200.0, temperature=80.0)
+    past = gl.loads.Convection(boundary="top", coefficient=200.0, temperature=80.0)
     found, state = conducted(
         specimen, flux, source, past, attrs.evolve(SUDDEN, boundary="bottom", ramp=20.0), time=time, steps=60
     )
@@ -300,9 +302,9 @@ def test_the_step_is_that_of_a_zone_unless_it_is_given():
 def test_a_slab_that_is_held_along_its_faces_is_pressed_by_its_heat():
     """Plane strain and held along y: sigma_yy = -E alpha (T - 20) / (1 - nu), free across (Boley and Weiner 1960)."""
     specimen, time, last = slab(refinement=3), 0.1 * LENGTH**2 / DIFFUSIVITY, Last()
-    held = [gl.Drive(boundary=end, axis=1, speed=0.0) for end in ("bottom", "top")]
-    left = gl.Drive(boundary="left", axis=0, speed=0.0)
-    result = run(specimen, [gl.Conduction(duration=time), SUDDEN, left, *held], observers=[last])
+    held = [gl.loads.Drive(boundary=end, axis=1, speed=0.0) for end in ("bottom", "top")]
+    left = gl.loads.Drive(boundary="left", axis=0, speed=0.0)
+    result = run(specimen, [gl.loads.Conduction(duration=time), SUDDEN, left, *held], observers=[last])
     passed = result.summary["heat_time"]
     expected = -E * ALPHA * (of_slab(middles(specimen)[:, 0], passed) - 20) / (1 - NU)
     assert last.stress[:, 1] == pytest.approx(expected, abs=0.02 * np.abs(expected).max())
@@ -326,7 +328,7 @@ def of_stress(r, time):
 def errors_of_disc(refinement):
     """Of radial and circumferential stress, root of the mean square over the area, over the largest stress."""
     specimen, last = round_plate(refinement=refinement), Last()
-    result = run(specimen, [gl.Conduction(duration=0.05 * RADIUS**2 / DIFFUSIVITY), *rim(HOT)], observers=[last])
+    result = run(specimen, [gl.loads.Conduction(duration=0.05 * RADIUS**2 / DIFFUSIVITY), *rim(HOT)], observers=[last])
     place = middles(specimen)
     r = np.hypot(*place.T)
     radial, around = of_stress(r, result.summary["heat_time"])
@@ -365,8 +367,8 @@ def test_the_rock_round_a_heated_hole():
     ]
     specimen, last = gl.Specimen(from_polygons(cells, holes=True), ROCK, refinement=1), Last()
     hole, outside = sorted(specimen.mesh.boundaries, key=specimen.mesh.boundary_lengths.get)
-    ends = [gl.FixedTemperature(boundary=name, temperature=at) for name, at in ((hole, HOT), (outside, 20.0))]
-    heat = gl.Conduction(duration=2 * outer**2 / DIFFUSIVITY, step=1.0)
+    ends = [gl.loads.FixedTemperature(boundary=name, temperature=at) for name, at in ((hole, HOT), (outside, 20.0))]
+    heat = gl.loads.Conduction(duration=2 * outer**2 / DIFFUSIVITY, step=1.0)
     result = run(specimen, [heat, *ends], observers=[last], time=2e-4)
     r = np.hypot(*middles(specimen).T)
     scale = (HOT - 20) / np.log(outer / inner)
@@ -403,14 +405,14 @@ class HeatedBefore(gl.LoadingProtocol):
     """One temperature, then conduction, then no heat that flows."""
 
     def stages(self, specimen):
-        base = [gl.Drive(boundary="bottom", axis=k, speed=0.0, roller=k == 0) for k in (1, 0)]
+        base = [gl.loads.Drive(boundary="bottom", axis=k, speed=0.0, roller=k == 0) for k in (1, 0)]
         rate = gl.HeatingRate(rate=1e6)
-        warm = gl.Stage(name="warm", loads=[*base, gl.Heat(to=80)], loading=rate, interval=6.0, expected=10)
-        cold = gl.FixedTemperature(boundary="left", temperature=20.0)
+        warm = gl.Stage(name="warm", loads=[*base, gl.loads.Heat(to=80)], loading=rate, interval=6.0, expected=10)
+        cold = gl.loads.FixedTemperature(boundary="left", temperature=20.0)
         heat = gl.Stage(
-            name="cool", loads=[*base, gl.Conduction(duration=5.0, speedup=1e5), cold], interval=5e-6, expected=10
+            name="cool", loads=[*base, gl.loads.Conduction(duration=5.0, speedup=1e5), cold], interval=5e-6, expected=10
         )
-        over = gl.Stage(name="over", loads=base, until=[gl.Reaches("time", 1.6e-4)], interval=1e-5)
+        over = gl.Stage(name="over", loads=base, until=[gl.conditions.Reaches("time", 1.6e-4)], interval=1e-5)
         return [warm, heat, over]
 
     def measure(self, state):
@@ -435,7 +437,7 @@ def test_heat_flows_from_the_temperature_that_a_stage_has_brought_and_stops_with
 
 
 def test_a_report_and_paraview_have_the_temperature_of_zones(tmp_path):
-    result = run(slab(), [gl.Conduction(duration=20.0), SUDDEN], observers=[VtkWriter(tmp_path, count=2)])
+    result = run(slab(), [gl.loads.Conduction(duration=20.0), SUDDEN], observers=[VtkWriter(tmp_path, count=2)])
     picture = temperatures_side_by_side({"slab": result})
     (drawn,) = picture.axes[0].collections
     expected = of_slab(middles(slab())[:, 0], result.summary["heat_time"])
@@ -444,7 +446,7 @@ def test_a_report_and_paraview_have_the_temperature_of_zones(tmp_path):
     assert last.cell_data["temperature"] == pytest.approx(expected, abs=1.5)
     write_report({"slab": result}, tmp_path / "report.html")
     assert "Temperature, in the last frame" in (tmp_path / "report.html").read_text("utf-8")
-    even = run(slab(), [gl.Conduction(duration=20.0)])
+    even = run(slab(), [gl.loads.Conduction(duration=20.0)])
     assert temperatures_side_by_side({"slab": even}) is None
     write_report({"slab": even}, tmp_path / "report.html")
     assert "Temperature, in the last frame" not in (tmp_path / "report.html").read_text("utf-8")
@@ -452,7 +454,7 @@ def test_a_report_and_paraview_have_the_temperature_of_zones(tmp_path):
 
 def test_a_second_stage_goes_on_where_the_first_has_ended():
     """Insulated from then on: no more heat comes in, the field evens out, and time of heat begins again."""
-    warm, even = [gl.Conduction(duration=20.0), SUDDEN], [gl.Conduction(duration=40.0)]
+    warm, even = [gl.loads.Conduction(duration=20.0), SUDDEN], [gl.loads.Conduction(duration=40.0)]
     curves = run(slab(), warm, even, time=1e-4, samples=10).curves
     first, second = (curves["stage"] == k for k in range(2))
     assert curves["heat_time"][second] == pytest.approx(4e5 * (curves["time"][second] - curves["time"][first][-1]))
@@ -466,7 +468,10 @@ def test_a_second_stage_goes_on_where_the_first_has_ended():
 # --- the same bits, and what is refused -------------------------------------------------------------------------------
 
 WEAK = MohrCoulomb(kn=1e14, ks=1e14, tensile_strength=3e6, cohesion=10e6, friction_angle=30)
-SHOCK = [gl.Conduction(duration=10.0), *(gl.FixedTemperature(boundary=s, temperature=-80.0) for s in ("left", "right"))]
+SHOCK = [
+    gl.loads.Conduction(duration=10.0),
+    *(gl.loads.FixedTemperature(boundary=s, temperature=-80.0) for s in ("left", "right")),
+]
 
 
 @pytest.mark.thorough
@@ -490,7 +495,7 @@ def test_threads_and_a_restart_with_heat_in_motion_change_no_bit(tmp_path):
 def test_a_device_follows_the_processor():
     """To the last digits, as of other runs: temperatures go up to it, and the path of zones between them."""
     specimen, options = small_sample(3, material=ROCK), {"law": WEAK, "time": 4e-6, "samples": 4}
-    loads = [gl.Conduction(duration=40.0), attrs.evolve(SUDDEN, temperature=60.0)]
+    loads = [gl.loads.Conduction(duration=40.0), attrs.evolve(SUDDEN, temperature=60.0)]
     here, there = (
         run(specimen, loads, **options, **where).curves for where in ({"threads": 1}, {"device": Simulated()})
     )
@@ -507,7 +512,7 @@ def test_cracks_that_open_let_less_heat_through():
 
 
 def stage(*loads, **options):
-    return gl.Stage(name="heat", **{"loads": [gl.Conduction(duration=1.0), *loads], "interval": 1.0, **options})
+    return gl.Stage(name="heat", **{"loads": [gl.loads.Conduction(duration=1.0), *loads], "interval": 1.0, **options})
 
 
 QUARTZ_ROCK = Thermal(material=ELASTIC, expansion=QUARTZ, conductivity=K, heat_capacity=C)
@@ -522,45 +527,54 @@ QUARTZ_ROCK = Thermal(material=ELASTIC, expansion=QUARTZ, conductivity=K, heat_c
             lambda: Thermal(material=ELASTIC, expansion=ALPHA, conductivity=-3, heat_capacity=1),
             "Thermal: conductivity = -3 W/m/K is not allowed, it must be a finite number and above 0",
         ),
-        (lambda: stage(gl.Conduction(duration=1.0)), "it has 2 conductions, it can have one"),
-        (lambda: stage(gl.Heat(to=60), loading=gl.HeatingRate(rate=1.0), expected=1), "Heat is the same everywhere"),
+        (lambda: stage(gl.loads.Conduction(duration=1.0)), "it has 2 conductions, it can have one"),
+        (
+            lambda: stage(gl.loads.Heat(to=60), loading=gl.HeatingRate(rate=1.0), expected=1),
+            "Heat is the same everywhere",
+        ),
         (lambda: stage(static=True), "static is not allowed while heat flows"),
-        (lambda: stage(until=[gl.AtRest()]), "AtRest is not allowed while heat flows"),
+        (lambda: stage(until=[gl.conditions.AtRest()]), "AtRest is not allowed while heat flows"),
         (lambda: stage(ageing=gl.Ageing(duration=1.0)), "ageing is not allowed while heat flows"),
         (lambda: stage(loading=gl.Adaptive(), expected=1), "is not allowed where heat is conducted"),
-        (lambda: stage(loads=[SUDDEN], until=[gl.AtRest()]), "FixedTemperature needs a Conduction beside it"),
-        (lambda: stage(SUDDEN, SUDDEN), "boundary = 'left' has a temperature that is fixed"),
-        (lambda: stage(SUDDEN, gl.HeatFlux(boundary="left", flux=1.0)), "nothing else can bring heat there"),
-        (lambda: gl.FixedTemperature(boundary="left", temperature=-300), "at least -273.15 (degC)"),
-        (lambda: gl.FixedTemperature(boundary="left", temperature=[(0, 20), (1, 60)], ramp=1.0), "start = 20"),
-        (lambda: gl.HeatFlux(boundary="left", flux=[(0, 20), (1, 60)], start=1.0), "start = 1"),
-        (lambda: gl.Convection(boundary="left", coefficient=0, temperature=20), "Convection: coefficient = 0"),
-        (lambda: gl.Conduction(duration=0), "Conduction: duration = 0 s"),
-        (lambda: gl.Conduction(duration=1, step=0), "Conduction: step = 0 s"),
-        (lambda: gl.HeatSource(power=1.0, grains=[99]).check_specimen(slab()), "HeatSource: grains = 99"),
-        (lambda: gl.FixedTemperature(boundary="rim", temperature=60).check_specimen(slab()), "boundary = 'rim'"),
-        (lambda: gl.HeatFlux(boundary="rim", flux=60.0).check_specimen(slab()), "boundary = 'rim'"),
         (
-            lambda: gl.FixedTemperature(boundary="left", temperature=[(0, 20), (1, 1200)]).check_specimen(
+            lambda: stage(loads=[SUDDEN], until=[gl.conditions.AtRest()]),
+            "FixedTemperature needs a Conduction beside it",
+        ),
+        (lambda: stage(SUDDEN, SUDDEN), "boundary = 'left' has a temperature that is fixed"),
+        (lambda: stage(SUDDEN, gl.loads.HeatFlux(boundary="left", flux=1.0)), "nothing else can bring heat there"),
+        (lambda: gl.loads.FixedTemperature(boundary="left", temperature=-300), "at least -273.15 (degC)"),
+        (lambda: gl.loads.FixedTemperature(boundary="left", temperature=[(0, 20), (1, 60)], ramp=1.0), "start = 20"),
+        (lambda: gl.loads.HeatFlux(boundary="left", flux=[(0, 20), (1, 60)], start=1.0), "start = 1"),
+        (lambda: gl.loads.Convection(boundary="left", coefficient=0, temperature=20), "Convection: coefficient = 0"),
+        (lambda: gl.loads.Conduction(duration=0), "Conduction: duration = 0 s"),
+        (lambda: gl.loads.Conduction(duration=1, step=0), "Conduction: step = 0 s"),
+        (lambda: gl.loads.HeatSource(power=1.0, grains=[99]).check_specimen(slab()), "HeatSource: grains = 99"),
+        (lambda: gl.loads.FixedTemperature(boundary="rim", temperature=60).check_specimen(slab()), "boundary = 'rim'"),
+        (lambda: gl.loads.HeatFlux(boundary="rim", flux=60.0).check_specimen(slab()), "boundary = 'rim'"),
+        (
+            lambda: gl.loads.FixedTemperature(boundary="left", temperature=[(0, 20), (1, 1200)]).check_specimen(
                 slab(rock=QUARTZ_ROCK)
             ),
             "temperature = 1200 °C is not allowed",
         ),
         (
-            lambda: gl.Convection(boundary="left", coefficient=1.0, temperature=60, start=0, ramp=1.0).check_specimen(
-                slab(rock=QUARTZ_ROCK)
-            ),
+            lambda: gl.loads.Convection(
+                boundary="left", coefficient=1.0, temperature=60, start=0, ramp=1.0
+            ).check_specimen(slab(rock=QUARTZ_ROCK)),
             "temperature = 0 °C is not allowed",
         ),
         (
-            lambda: gl.Conduction(duration=1.0).check_specimen(
+            lambda: gl.loads.Conduction(duration=1.0).check_specimen(
                 slab(rock=attrs.evolve(ROCK, conductivity=None, heat_capacity=None))
             ),
             "does not conduct",
         ),
-        (lambda: gl.Conduction(duration=1.0).check_specimen(slab(rock=gl.Rigid(density=2650))), "does not conduct"),
         (
-            lambda: run(slab(), [gl.Conduction(duration=1.0)], [gl.Conduction(duration=1.0), *rim(60)]),
+            lambda: gl.loads.Conduction(duration=1.0).check_specimen(slab(rock=gl.Rigid(density=2650))),
+            "does not conduct",
+        ),
+        (
+            lambda: run(slab(), [gl.loads.Conduction(duration=1.0)], [gl.loads.Conduction(duration=1.0), *rim(60)]),
             "boundary = 'rim' is not one",
         ),
     ],
@@ -584,15 +598,15 @@ def test_one_temperature_after_conduction_is_refused():
 
 
 def test_a_temperature_that_a_material_does_not_know_ends_the_run():
-    cold = gl.HeatFlux(boundary="left", flux=-1e6)
+    cold = gl.loads.HeatFlux(boundary="left", flux=-1e6)
     with pytest.raises(gl.StageError, match=r"grain 0 comes to -?[\d.]+ °C after .* known from 20 to 1000 °C"):
-        run(slab(rock=QUARTZ_ROCK), [gl.Conduction(duration=1.0), cold])
+        run(slab(rock=QUARTZ_ROCK), [gl.loads.Conduction(duration=1.0), cold])
 
 
 @pytest.mark.parametrize("fixed", [True, False])
 def test_heat_flows_through_tied_cells_as_through_one_grain(fixed):
     """The temperatures of bonded cells whose contacts conduct without loss, and one at each point."""
-    loads = [SUDDEN] if fixed else [gl.HeatFlux(boundary="left", flux=1e4)]
+    loads = [SUDDEN] if fixed else [gl.loads.HeatFlux(boundary="left", flux=1e4)]
     bonded = begun(slab(), *loads, step=1.0, bonded=1e12)
     tied = begun(attrs.evolve(slab(), tied=...), *loads, step=1.0)
     for state in (bonded, tied):

@@ -153,7 +153,9 @@ def test_the_example_of_the_configuration_page_means_what_it_says():
     assert law.tensile_strength == 13e6
     assert made.protocol.platens is protocols.Platens.ROUGH
     assert made.protocol.loading.ramp == 1e-4
-    assert made.protocol.integrator == gl.CentralDifference(damping=gl.LocalDamping(fraction=0.7))
+    assert made.protocol.integrator == gl.integration.CentralDifference(
+        damping=gl.integration.LocalDamping(fraction=0.7)
+    )
     assert made.specimen.contact_points == gl.InsetPoints(inset=2e-4)
     assert made.specimen.material.plane is gl.Plane.STRESS
     region = made.specimen.grains.region
@@ -198,7 +200,10 @@ def test_names_are_those_of_the_classes():
     assert name_of(type("SofteningLaw", (), {}), laws.Softening) == "softening-law"
     assert name_of(laws.Softening, laws.Softening) == "softening"
     assert {"linear", "bandis"} == set(choices(laws.Closure))
-    assert choices(gl.Relaxation) == {"adaptive": gl.AdaptiveRelaxation, "kinetic": gl.KineticRelaxation}
+    assert choices(gl.integration.Relaxation) == {
+        "adaptive": gl.integration.AdaptiveRelaxation,
+        "kinetic": gl.integration.KineticRelaxation,
+    }
     for name in ("hordijk", "HordijkSoftening", "hordijk-softening", "Hordijk_Softening"):
         assert configured("joint-tension", {"law": {"softening": name}}).law.softening == laws.HordijkSoftening()
 

@@ -8,8 +8,10 @@ import pytest
 from support import state_of
 
 import grainlaw as gl
+from grainlaw.conditions import AtRest
 from grainlaw.geometry import Bricks, disc, notched_beam, rectangle, semi_disc
 from grainlaw.laws import Linear
+from grainlaw.loads import FluidPressure, Pressure, Traction
 from grainlaw.materials import TransverselyIsotropic
 from grainlaw.results.frames import take_frame
 from grainlaw.units import mm
@@ -30,8 +32,8 @@ class Stretch(gl.LoadingProtocol):
     stress: tuple = (0.0, TENSION, 0.0)
 
     def stages(self, specimen):
-        rim = [gl.Traction(boundary=name, stress=self.stress, ramp=1e-9) for name in specimen.grains.boundary_names]
-        return [gl.Stage(name="stretch", loads=rim, until=[gl.AtRest()], interval=1e-9, static=True)]
+        rim = [Traction(boundary=name, stress=self.stress, ramp=1e-9) for name in specimen.grains.boundary_names]
+        return [gl.Stage(name="stretch", loads=rim, until=[AtRest()], interval=1e-9, static=True)]
 
     def measure(self, state):
         return {}
@@ -265,7 +267,7 @@ class Loaded(Stretch):
     loads: tuple = ()
 
     def stages(self, specimen):
-        return [gl.Stage(name="load", loads=self.loads, until=[gl.AtRest()], interval=1e-9)]
+        return [gl.Stage(name="load", loads=self.loads, until=[AtRest()], interval=1e-9)]
 
 
 @pytest.fixture(scope="module")
@@ -282,10 +284,10 @@ def test_faces_of_a_notch_may_lie_in_the_ring_where_nothing_loads_them(notched):
     here = gl.notch_tip(specimen, inner=2 * mm, outer=4.5 * mm)
     pressure = {"boundary": "notch", "pressure": 1e6}
     bearable = (
-        gl.FluidPressure(**pressure, cracks_only=True), gl.Pressure(boundary="top", pressure=1e6, ramp=1e-9),
+        FluidPressure(**pressure, cracks_only=True), Pressure(boundary="top", pressure=1e6, ramp=1e-9),
     )  # fmt: skip
     assert gl.j_integral(under(*bearable), here) == 0
-    for load in (gl.FluidPressure(**pressure), gl.Pressure(**pressure, ramp=1e-9)):
+    for load in (FluidPressure(**pressure), Pressure(**pressure, ramp=1e-9)):
         with pytest.raises(gl.ParameterError, match=r"the boundary notch, a face of the crack within 0\.0045 m"):
             gl.j_integral(under(load), here)
     ahead = attrs.evolve(here, inner=0.1 * mm)

@@ -12,13 +12,14 @@ from grainlaw.laws import Linear
 from grainlaw.protocols import UniaxialTension
 from grainlaw.results import acoustic
 from grainlaw.results.acoustic import clustered
+from grainlaw.results.result import Cracks
 
 
 def cracks_of(count, **columns):
     """Cracks with the columns given, the others zero, 1 m long."""
     plain = {name: np.zeros(count) for name in ("orientation", "mode", "time", "opening", "slip", "spent")}
     plain |= {"position": np.zeros((count, 2)), "grains": np.zeros((count, 2), int), "length": np.ones(count)}
-    return gl.Cracks(**(plain | {name: np.array(values, float) for name, values in columns.items()}))
+    return Cracks(**(plain | {name: np.array(values, float) for name, values in columns.items()}))
 
 
 def test_lengths_by_mode_over_time():

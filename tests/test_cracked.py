@@ -119,8 +119,8 @@ class Pressed(gl.LoadingProtocol):
 
     def stages(self, specimen):
         stress = (0, -self.pressure, 0)
-        rim = [gl.Traction(boundary=name, stress=stress, ramp=4e-5) for name in specimen.mesh.boundaries]
-        return [gl.Stage(name="press", loads=rim, until=[gl.AtRest(ratio=1e-3)], interval=2e-6)]
+        rim = [gl.loads.Traction(boundary=name, stress=stress, ramp=4e-5) for name in specimen.mesh.boundaries]
+        return [gl.Stage(name="press", loads=rim, until=[gl.conditions.AtRest(ratio=1e-3)], interval=2e-6)]
 
     def measure(self, state):
         return {}

@@ -37,14 +37,14 @@ class HeldTension(gl.LoadingProtocol):
     largest_growth: float = gl.parameter("1", default=0.02)
 
     def stages(self, specimen):
-        held = [gl.Drive(boundary="bottom", axis=1, speed=0.0)]
-        common = {"interval": 2e-6, "integrator": gl.CentralDifference()}
-        rise = gl.Hold(boundary="top", axis=1, stress=self.stress, ramp=2e-5)
-        hold = gl.Hold(boundary="top", axis=1, stress=self.stress, start=self.stress)
+        held = [gl.loads.Drive(boundary="bottom", axis=1, speed=0.0)]
+        common = {"interval": 2e-6, "integrator": gl.integration.CentralDifference()}
+        rise = gl.loads.Hold(boundary="top", axis=1, stress=self.stress, ramp=2e-5)
+        hold = gl.loads.Hold(boundary="top", axis=1, stress=self.stress, start=self.stress)
         ageing = gl.Ageing(duration=self.duration, largest_growth=self.largest_growth, ratio=1e-6)
-        ends = [gl.Reaches("broken", 1), gl.Reaches("aged", self.duration)]
+        ends = [gl.conditions.Reaches("broken", 1), gl.conditions.Reaches("aged", self.duration)]
         return [
-            gl.Stage(name="pull", loads=[rise, *held], until=[gl.AtRest(1e-6)], static=True, **common),
+            gl.Stage(name="pull", loads=[rise, *held], until=[gl.conditions.AtRest(1e-6)], static=True, **common),
             gl.Stage(name="hold", loads=[hold, *held], until=ends, ageing=ageing, **common),
         ]
 
@@ -161,7 +161,7 @@ class HeldTwice(HeldTension):
 
     def stages(self, specimen):
         pull, hold = super().stages(specimen)
-        again = attrs.evolve(hold, name="again", until=[gl.Reaches("aged", 2 * self.duration)])
+        again = attrs.evolve(hold, name="again", until=[gl.conditions.Reaches("aged", 2 * self.duration)])
         return [pull, hold, again]
 
 

@@ -19,9 +19,9 @@ class Crash(gl.LoadingProtocol):
 
     def stages(self, specimen):
         thrown = each(*[(self.speed, 0)] * (specimen.grains.count - 1), (0, 0))
-        return [gl.Stage(name="crash", until=[gl.Reaches("time", 0.05)], interval=1e-3,
-                         integrator=gl.CentralDifference(damping=gl.Undamped(), safety=0.9),
-                         loads=[gl.InitialVelocity(velocity=thrown(specimen))])]  # fmt: skip
+        return [gl.Stage(name="crash", until=[gl.conditions.Reaches("time", 0.05)], interval=1e-3,
+                         integrator=gl.integration.CentralDifference(damping=gl.integration.Undamped(), safety=0.9),
+                         loads=[gl.loads.InitialVelocity(velocity=thrown(specimen))])]  # fmt: skip
 
     def measure(self, state):
         return {"speed": float(state.velocity[0, 0])}

@@ -9,6 +9,7 @@ import grainlaw as gl
 from grainlaw.engine.parts import bonds, zones
 from grainlaw.laws import CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import UniaxialCompression, UniaxialTension
+from grainlaw.results.result import Cracks
 
 MOHR_COULOMB = MohrCoulomb(**STRONG)
 COHESIVE = CohesiveCrack(**STRONG, mode_i_energy=1.5, mode_ii_energy=3)
@@ -54,7 +55,7 @@ def assert_same_bits(a, b):
     assert a.curves.keys() == b.curves.keys()
     for name in a.curves:
         assert np.array_equal(a.curves[name], b.curves[name], equal_nan=True), name
-    for name in (field.name for field in attrs.fields(gl.Cracks)):
+    for name in (field.name for field in attrs.fields(Cracks)):
         assert np.array_equal(getattr(a.cracks, name), getattr(b.cracks, name)), name
     for one, other in zip(a.frames, b.frames, strict=True):
         for name in ("time", "displacement", "velocity", "stress"):
@@ -98,13 +99,13 @@ def test_inside_a_comparison(threads):
         assert_same_bits(comparison[name], gl.simulate(specimen, law, TENSION))
 
 
-@pytest.mark.parametrize("relaxation", [gl.AdaptiveRelaxation(), gl.KineticRelaxation()])
+@pytest.mark.parametrize("relaxation", [gl.integration.AdaptiveRelaxation(), gl.integration.KineticRelaxation()])
 def test_relaxation_in_several_threads(relaxation):
     test = UniaxialCompression(
         maximum_strain=1e-4,
         loading=gl.Constant(speed=0.1),
         samples=10,
-        integrator=gl.DynamicRelaxation(relaxation=relaxation),
+        integrator=gl.integration.DynamicRelaxation(relaxation=relaxation),
     )
     first, other = (gl.simulate(small_sample(20), COHESIVE, test, threads=threads) for threads in (1, 3))
     assert_same_bits(first, other)

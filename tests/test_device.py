@@ -159,7 +159,7 @@ def test_all_that_the_step_reaches_is_taken_over():
     """No copy calls a function that was compiled for the processor, and every pass of the step has its place."""
     state = state_of(*rock(8 * MPa, 4, 1))
     steps, copies = device.retargeted(
-        Block(2).machine(), Components().with_all(state, compile_integrator(gl.CentralDifference()))
+        Block(2).machine(), Components().with_all(state, compile_integrator(gl.integration.CentralDifference()))
     )
     for copy in (steps, *copies.copies.values()):
         names = copy.__code__.co_names
@@ -235,7 +235,7 @@ def test_each_array_lies_where_its_declaration_says():
     state = state_of(*rock(8 * MPa, 4, 1))
     there = Simulated()
     table = device_table.DeviceTable(there._driver, state, 3)
-    integrator = compile_integrator(gl.CentralDifference())
+    integrator = compile_integrator(gl.integration.CentralDifference())
     numbers = Components().with_all(state, integrator).numbers(state, integrator)
     chunk = step.Chunk(1, 0, 1e-8, np.zeros((1, 3)), np.zeros((1, 3)), integrator.address, 0)
     table.up(chunk, np.append(integrator.numbers, 1e-8), numbers)
@@ -285,7 +285,7 @@ def test_the_kernel_is_compiled_for_a_device_and_kept(tmp_path, monkeypatch):
     launched = []
     monkeypatch.setattr(type(Driverless()._driver), "launch", lambda driver, kernel, *_, **__: launched.append(kernel))
     state = state_of(*rock(8 * MPa, 4, 1))
-    integrator = compile_integrator(gl.CentralDifference())
+    integrator = compile_integrator(gl.integration.CentralDifference())
     numbers = np.append(integrator.numbers, 1e-8)
     chunk = step.Chunk(1, 0, 1e-8, np.zeros((1, 3)), np.zeros((1, 3)), integrator.address, 0)
     Driverless().run(state, integrator, chunk, numbers)

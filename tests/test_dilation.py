@@ -102,11 +102,11 @@ class _PressAndRelease(gl.LoadingProtocol):
     """A platen that presses the upper block, and goes back."""
 
     def stages(self, specimen):
-        bottom = gl.Drive(boundary="bottom", axis=1, speed=0)
+        bottom = gl.loads.Drive(boundary="bottom", axis=1, speed=0)
 
         def stage(name, start, stress):
-            top = gl.Hold(boundary="top", axis=1, stress=-stress, start=-start, ramp=2e-4)
-            return gl.Stage(name=name, loads=[top, bottom], until=[gl.Reaches(name, 3e-4)], interval=2e-6)
+            top = gl.loads.Hold(boundary="top", axis=1, stress=-stress, start=-start, ramp=2e-4)
+            return gl.Stage(name=name, loads=[top, bottom], until=[gl.conditions.Reaches(name, 3e-4)], interval=2e-6)
 
         return [stage("pressed", 0.0, 200e6), stage("released", 200e6, 1e6)]
 
@@ -141,12 +141,12 @@ class _SlideLiftAndPress(gl.LoadingProtocol):
     def stages(self, specimen):
         def stage(name, column, limit, across, speed=None, stress=None):
             up = (
-                gl.Hold(boundary="box", axis=1, stress=stress) if speed is None
-                else gl.Drive(boundary="box", axis=1, speed=speed)
+                gl.loads.Hold(boundary="box", axis=1, stress=stress) if speed is None
+                else gl.loads.Drive(boundary="box", axis=1, speed=speed)
             )  # fmt: skip
             return gl.Stage(
-                name=name, loads=[up, gl.Drive(boundary="box", axis=0, speed=across), gl.Fixed(grains=[0])],
-                until=[gl.Reaches(column, limit)], interval=1e-3,
+                name=name, loads=[up, gl.loads.Drive(boundary="box", axis=0, speed=across), gl.loads.Fixed(grains=[0])],
+                until=[gl.conditions.Reaches(column, limit)], interval=1e-3,
             )  # fmt: skip
 
         top = 0.1 * SLOPE + self.gap

@@ -175,7 +175,7 @@ def test_docstring_examples_work_together():
     assert gl.trace(law, np.linspace(0, 1e-5, 1001), 0).work[-1] == pytest.approx(50, rel=1e-4)
     bricks = docstring_example(gl.Tessellator)().tessellate(rectangle(20e-3, 40e-3))
     bricks.check()
-    interfaces = (gl.Integrator, gl.LoadingProtocol, gl.Observer, gl.Measure)
+    interfaces = (gl.integration.Integrator, gl.LoadingProtocol, gl.Observer, gl.Measure)
     free, pull, fastest, damped = (docstring_example(interface)() for interface in interfaces)
 
     @attrs.frozen(kw_only=True)

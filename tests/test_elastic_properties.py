@@ -198,7 +198,7 @@ def test_a_closed_contact_without_a_bond_is_a_spring_along_its_length():
     width = 0.1
     blocks = together(box(width, 0.1, name="lower"), box(width, 0.1, bottom=0.1, name="upper"))
     faces = attrs.evolve(FACES, ks=0.4 * FACES.kn)
-    motion = Motion(blocks, faces, fixed=[0], gravity=(0.0, -GRAVITY), damping=gl.LocalDamping())
+    motion = Motion(blocks, faces, fixed=[0], gravity=(0.0, -GRAVITY), damping=gl.integration.LocalDamping())
     motion.run(0.05)
     mesh, matrix = motion.state.mesh, stiffness_of_contacts(motion.state)
     place, upper = mesh.nodes - (width / 2, 0.1), mesh.node_grain == 1

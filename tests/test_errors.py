@@ -80,10 +80,19 @@ REFUSED = {
     "speed": (lambda: UniaxialCompression(loading=gl.Constant(speed=0)), "Constant: speed = 0 m/s is not allowed"),
     "samples": (lambda: UniaxialCompression(samples=2), "samples = 2 is not allowed, .* whole number, at least 10"),
     "integrator": (lambda: UniaxialCompression(integrator="fast"), "integrator = 'fast' .* Integrator such as"),
-    "damping": (lambda: gl.LocalDamping(fraction=1), "LocalDamping: fraction = 1 is not allowed, .* below 1"),
-    "burst": (lambda: gl.DynamicRelaxation(burst=0), "DynamicRelaxation: burst = 0 .* whole number, at least 1"),
-    "axis": (lambda: gl.Drive(boundary="top", axis=3, speed=1), r"Drive: axis = 3 .* 0 \(along x\) or 1 \(along y\)"),
-    "drive": (lambda: gl.Drive(boundary="top", axis=1, speed=math.nan), "Drive: speed = nan is not allowed"),
+    "damping": (
+        lambda: gl.integration.LocalDamping(fraction=1),
+        "LocalDamping: fraction = 1 is not allowed, .* below 1",
+    ),
+    "burst": (
+        lambda: gl.integration.DynamicRelaxation(burst=0),
+        "DynamicRelaxation: burst = 0 .* whole number, at least 1",
+    ),
+    "axis": (
+        lambda: gl.loads.Drive(boundary="top", axis=3, speed=1),
+        r"Drive: axis = 3 .* 0 \(along x\) or 1 \(along y\)",
+    ),
+    "drive": (lambda: gl.loads.Drive(boundary="top", axis=1, speed=math.nan), "Drive: speed = nan is not allowed"),
     "stage": (lambda: gl.Stage(name="x", until=[], interval=1e-5), r"Stage: until = \[\] .* at least one Condition"),
 }
 
@@ -134,7 +143,7 @@ class Stiffer(gl.ContactLaw):
 
 
 @attrs.frozen(kw_only=True)
-class Hasty(gl.Integrator):
+class Hasty(gl.integration.Integrator):
     """Three times the stable step."""
 
     def step(self, force, change, velocity, mass, time_step):
@@ -186,7 +195,9 @@ def assert_good(result):
 @pytest.mark.thorough
 @pytest.mark.parametrize("ramp", [1e-4, 1e-5])
 @pytest.mark.parametrize(
-    "integrator", [gl.CentralDifference(damping=gl.Undamped()), gl.DynamicRelaxation()], ids=lambda i: type(i).__name__
+    "integrator",
+    [gl.integration.CentralDifference(damping=gl.integration.Undamped()), gl.integration.DynamicRelaxation()],
+    ids=lambda i: type(i).__name__,
 )
 def test_a_slow_start_sampled_at_every_step_is_no_instability(integrator, ramp):
     test = attrs.evolve(
@@ -212,7 +223,7 @@ class Wait(gl.LoadingProtocol):
     """For what never comes."""
 
     def stages(self, specimen):
-        return [gl.Stage(name="wait", until=[gl.Reaches("kinetic", 1.0)], interval=1e-6, sample_limit=7)]
+        return [gl.Stage(name="wait", until=[gl.conditions.Reaches("kinetic", 1.0)], interval=1e-6, sample_limit=7)]
 
     def measure(self, state):
         return {"kinetic": energies(state)["kinetic"]}

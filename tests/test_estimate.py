@@ -69,7 +69,7 @@ def test_a_probe_leaves_no_trace(monkeypatch):
 
 
 def test_steps_are_those_of_the_stages_whose_length_is_known():
-    stage = gl.Stage(name="load", until=[gl.Reaches("time", 1)], interval=1e-3, expected=50)
+    stage = gl.Stage(name="load", until=[gl.conditions.Reaches("time", 1)], interval=1e-3, expected=50)
     unknown = attrs.evolve(stage, expected=None)
     assert expected_steps([stage, unknown, stage], 1e-5, 1e4) == 2 * 50 * 100
     assert expected_steps([attrs.evolve(stage, interval=1e-6)], 1e-5, 1e4) == 50  # a sample is at least one step

@@ -12,7 +12,9 @@ import grainlaw as gl
 from grainlaw.drawing.grains import FILLS
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import Linear
+from grainlaw.results.crack_pattern import FailurePlane, Rose
 from grainlaw.results.figures.fields import ONE_SIGN, _before
+from grainlaw.results.fragments import Fragments
 
 GRADIENT = np.array([[2e-4, 1e-4], [-3e-4, 5e-4]])  #: du_i/dx_j
 STRESS = np.array([-20e6, -40e6, 5e6])
@@ -173,12 +175,12 @@ def test_results_print_numbers_not_shapes(broken):
 
 
 def test_sizes_are_said_by_hand():
-    made = gl.Fragments(of_grain=np.array([0, 0, 1]), areas=np.array([3e-6, 1e-6]), grains=np.array([2, 1]))
+    made = Fragments(of_grain=np.array([0, 0, 1]), areas=np.array([3e-6, 1e-6]), grains=np.array([2, 1]))
     assert repr(made) == "Fragments(fragments: 2, largest: 2 grains, 75 % of the area, single grains: 1)"
     edges = np.linspace(0, np.pi, 3)
-    rose = gl.Rose(edges=edges, tensile=np.array([1e-3, 4e-3]), shear=np.array([2e-3, 1e-3]))
+    rose = Rose(edges=edges, tensile=np.array([1e-3, 4e-3]), shear=np.array([2e-3, 1e-3]))
     assert repr(rose) == "Rose(tensile: 5 mm, shear: 3 mm, most: 90 to 180 deg, 62.5 %, bins: 2)"
-    assert repr(gl.FailurePlane(np.pi / 3, 0.5)) == "FailurePlane(angle: 60.0 deg from the x axis, alignment: 0.50)"
+    assert repr(FailurePlane(np.pi / 3, 0.5)) == "FailurePlane(angle: 60.0 deg from the x axis, alignment: 0.50)"
 
 
 def test_cracks_are_parted_by_the_minerals_on_their_sides(broken):

@@ -13,6 +13,7 @@ from grainlaw.fields import ParameterError, parameter, parameters
 from grainlaw.geometry import Bricks, Hexagonal, Voronoi, disc
 from grainlaw.laws import EvansMarathe, Linear
 from grainlaw.protocols import UniaxialCompression
+from grainlaw.results.result import Cracks
 
 
 @attrs.frozen(kw_only=True)
@@ -89,7 +90,7 @@ WHOLE = [
     (lambda value: Hexagonal(grains=value), "Hexagonal: grains", ", at least 1"),
     (lambda value: UniaxialCompression(samples=value), "UniaxialCompression: samples", ", at least 10"),
     (lambda value: small_sample(4, refinement=value), "Specimen: refinement", " from 0 to 6"),
-    (lambda value: gl.crack_rose(gl.Cracks(*[np.zeros(0)] * 9), bins=value), "crack_rose: bins", " from 1 to 18000"),
+    (lambda value: gl.crack_rose(Cracks(*[np.zeros(0)] * 9), bins=value), "crack_rose: bins", " from 1 to 18000"),
     (
         lambda value: gl.compare(small_sample(4), {"law": BRITTLE}, PULL, threads=value),
         "threads",

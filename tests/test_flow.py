@@ -21,12 +21,12 @@ from grainlaw.results.vtk import VtkWriter
 
 LENGTH, APERTURE, VISCOSITY, BULK = 20e-3, 10e-6, 2e-4, 1e8
 DIFFUSIVITY = APERTURE**2 * BULK / (12 * VISCOSITY)  #: m2/s
-PRESS = gl.Hold(boundary="top", axis=1, stress=-30e6)
-PUMP = gl.Injection(
+PRESS = gl.loads.Hold(boundary="top", axis=1, stress=-30e6)
+PUMP = gl.loads.Injection(
     boundary="left", rate=0.0, volume=1e-12, bulk_modulus=BULK, viscosity=VISCOSITY, residual_aperture=APERTURE,
     cracks_only=True,
 )  # fmt: skip
-OUTLET = gl.FluidPressure(boundary="right", pressure=0.0, cracks_only=True)
+OUTLET = gl.loads.FluidPressure(boundary="right", pressure=0.0, cracks_only=True)
 
 
 def jointed(refinement=4):
@@ -95,7 +95,7 @@ def test_a_pressure_spreads_along_a_joint(time):
 def test_a_joint_that_is_pumped_open_has_one_pressure_at_rest(bulk):
     """(V + w L + p S L)(1 + p/K) = V + w L + Q, where what opens is p over the stiffness of spring and bricks."""
     spring, rate, volume, residual = 2e13, [(0.0, 0.0), (5e-5, 4e-5), (1e-4, 0.0)], 1e-6, 5e-6
-    top = gl.Hold(boundary="top", axis=1, stress=0.0, stiffness=spring)
+    top = gl.loads.Hold(boundary="top", axis=1, stress=0.0, stiffness=spring)
     pump = attrs.evolve(PUMP, rate=rate, volume=volume, bulk_modulus=bulk, viscosity=1e-5, residual_aperture=residual)
     specimen = jointed(2)
     result = run(specimen, [FLOOR, top, pump], time=1e-4, rests=True)
@@ -111,7 +111,7 @@ def test_a_joint_that_is_pumped_open_has_one_pressure_at_rest(bulk):
 
 # --- what is where ----------------------------------------------------------------------------------------------------
 
-VISCOUS = gl.Injection(boundary="hole", rate=4e-3, ramp=1e-5, viscosity=1e-5, residual_aperture=2e-6)
+VISCOUS = gl.loads.Injection(boundary="hole", rate=4e-3, ramp=1e-5, viscosity=1e-5, residual_aperture=2e-6)
 PUMPED, TIME = attrs.evolve(VISCOUS, viscosity=0.0, residual_aperture=0.0), 2.5e-4
 
 
@@ -121,11 +121,11 @@ def torn(seed, share=0.6):
     state = state_of(specimen, MohrCoulomb(**STRONG))
     (group,) = state.bonds.groups
     state.bonds.arrays.memory[group.row("damage")] = random.random(2 * len(state.bonds)) < share
-    drained = gl.FluidPressure(boundary="right", pressure=2e5)
+    drained = gl.loads.FluidPressure(boundary="right", pressure=2e5)
     stage = gl.Stage(
         name="wet",
         loads=[FLOOR, attrs.evolve(VISCOUS, rate=0.0, ramp=0.0), drained],
-        until=[gl.AtRest()],
+        until=[gl.conditions.AtRest()],
         interval=1e-6,
     )
     state.begin(stage)
@@ -209,7 +209,7 @@ def test_a_fluid_enters_points_of_enough_damage(entry, entered):
     (group,) = state.bonds.groups
     state.bonds.arrays.memory[group.row("damage"), ::2] = 0.5
     pump = attrs.evolve(VISCOUS, entry_damage=entry)
-    state.begin(gl.Stage(name="wet", loads=[FLOOR, pump], until=[gl.AtRest()], interval=1e-6))
+    state.begin(gl.Stage(name="wet", loads=[FLOOR, pump], until=[gl.conditions.AtRest()], interval=1e-6))
     damage = state.memory("damage")[state.fluids.books.fluid == 1]
     assert (len(damage) > 0) == (entered > 0)
     assert (damage == entered).all()
@@ -357,4 +357,4 @@ def test_viscous_fluids_that_cannot_be_are_refused():
         ({"residual_aperture": 1e-6}, "residual_aperture = 1e-06 m is not allowed without a viscosity, it must be 0"),
     ):
         with pytest.raises(gl.ParameterError, match=message):
-            gl.Injection(boundary="hole", rate=1e-3, **options)
+            gl.loads.Injection(boundary="hole", rate=1e-3, **options)

@@ -25,7 +25,7 @@ WEAK = CohesiveCrack(
     mode_ii_energy=0.5,
 )  # fmt: skip
 CRUSH = UniaxialCompression(loading=gl.Constant(speed=0.7), maximum_strain=0.02, samples=40, stop_fraction=0)
-FLOOR = gl.Drive(boundary="bottom", axis=1, speed=0.0)
+FLOOR = gl.loads.Drive(boundary="bottom", axis=1, speed=0.0)
 
 
 @attrs.frozen(kw_only=True)
@@ -37,7 +37,7 @@ class Loads(gl.LoadingProtocol):
     limit: int = 100_000
 
     def stages(self, specimen):
-        until = [gl.AtRest(self.ratio)]
+        until = [gl.conditions.AtRest(self.ratio)]
         return [
             gl.Stage(name=f"load {k}", until=until, interval=1e-5, loads=loads, sample_limit=self.limit)
             for k, loads in enumerate(self.loads)
@@ -69,11 +69,11 @@ def two_bricks(width=10e-3, height=4e-3):
 
 
 def fluid(boundary, pressure=5e6, **options):
-    return gl.FluidPressure(boundary=boundary, pressure=pressure, ramp=2e-5, **options)
+    return gl.loads.FluidPressure(boundary=boundary, pressure=pressure, ramp=2e-5, **options)
 
 
 def pressed(stress, ramp=2e-5):
-    return gl.Hold(boundary="top", axis=1, stress=-stress, ramp=ramp)
+    return gl.loads.Hold(boundary="top", axis=1, stress=-stress, ramp=ramp)
 
 
 # --- where it reaches ------------------------------------------------------------------------------------------------
@@ -113,8 +113,8 @@ def test_half_a_bond_is_pressed_where_it_is_broken():
     nodes = specimen.mesh.interfaces[0]
     (left,) = np.flatnonzero(specimen.mesh.nodes[nodes[:2], 0] < 1e-9)  # which end of the joint is at the left
     state.bonds.arrays.memory[group.row("damage"), left] = 1.0
-    both = tuple(gl.FluidPressure(boundary=side, pressure=5e6, cracks_only=True) for side in ("left", "right"))
-    state.begin(gl.Stage(name="wet", loads=both, until=[gl.AtRest()], interval=1e-6))
+    both = tuple(gl.loads.FluidPressure(boundary=side, pressure=5e6, cracks_only=True) for side in ("left", "right"))
+    state.begin(gl.Stage(name="wet", loads=both, until=[gl.conditions.AtRest()], interval=1e-6))
     advance(state)
     force = state.nodes.arrays.force.T
     near, far = 0.5 + 0.5 / np.sqrt(3), 0.5 - 0.5 / np.sqrt(3)
@@ -130,8 +130,10 @@ def test_the_pressure_that_is_read_is_that_since_the_stage_began():
     """It rises smoothly: half way through its ramp it is half of what it comes to."""
     state = state_of(two_bricks(), JOINT)
     state.time_step = 1e-6
-    for stage, count in ((gl.Stage(name="dry", until=[gl.AtRest()], interval=1e-6), 7), (None, 10)):
-        state.begin(stage or gl.Stage(name="wet", loads=[FLOOR, fluid("left")], until=[gl.AtRest()], interval=1e-6))
+    for stage, count in ((gl.Stage(name="dry", until=[gl.conditions.AtRest()], interval=1e-6), 7), (None, 10)):
+        state.begin(
+            stage or gl.Stage(name="wet", loads=[FLOOR, fluid("left")], until=[gl.conditions.AtRest()], interval=1e-6)
+        )
         advance(state, count, 1e-6)
     assert state.began == pytest.approx(7e-6)
     assert state.fluid_pressure == pytest.approx([2.5e6, 2.5e6])
@@ -139,11 +141,14 @@ def test_the_pressure_that_is_read_is_that_since_the_stage_began():
 
 def test_a_crack_that_joins_two_fluids_has_the_higher_pressure():
     state = state_of(two_bricks(), JOINT)
-    fluids = (gl.FluidPressure(boundary="left", pressure=2e6), gl.FluidPressure(boundary="right", pressure=1e6))
+    fluids = (
+        gl.loads.FluidPressure(boundary="left", pressure=2e6),
+        gl.loads.FluidPressure(boundary="right", pressure=1e6),
+    )
     for order in (fluids, fluids[::-1]):
-        state.begin(gl.Stage(name="wet", loads=order, until=[gl.AtRest()], interval=1e-6))
+        state.begin(gl.Stage(name="wet", loads=order, until=[gl.conditions.AtRest()], interval=1e-6))
         assert state.fluid_pressure.tolist() == [2e6, 2e6]
-    state.begin(gl.Stage(name="dry", until=[gl.AtRest()], interval=1e-6))
+    state.begin(gl.Stage(name="dry", until=[gl.conditions.AtRest()], interval=1e-6))
     assert not state.fluid_pressure.any()
 
 
@@ -217,32 +222,37 @@ def test_a_test_under_a_fluid_begins_from_its_own_strain_and_breaks_at_the_effec
 
 
 @attrs.frozen
-class Unknown(gl.Load):
+class Unknown(gl.loads.Load):
     """Something that a user imposes."""
 
 
 def test_what_a_test_imposes_stays_in_a_fluid():
     """Before it too: rock under a stress far away, one side quiet, with weight and fluid of its own."""
-    far = gl.Traction(boundary="top", stress=(0, -1e6, 0), ramp=1e-5)
-    slows = gl.Drive(boundary="left", axis=1, speed=0.0, start=0.1, ramp=1e-5)
+    far = gl.loads.Traction(boundary="top", stress=(0, -1e6, 0), ramp=1e-5)
+    slows = gl.loads.Drive(boundary="left", axis=1, speed=0.0, start=0.1, ramp=1e-5)
     rests = Saturated(test=Loads(loads=([slows],)), pressure=5e6, boundaries=("top", "bottom")).stages(small_sample(20))
-    assert rests[0].of(gl.Drive) == [gl.Drive(boundary="left", axis=1, speed=0.0)]
-    stays = [FLOOR, gl.Quiet(boundary="right"), gl.Gravity(), gl.Fixed(grains=[3]), Unknown()]
+    assert rests[0].of(gl.loads.Drive) == [gl.loads.Drive(boundary="left", axis=1, speed=0.0)]
+    stays = [FLOOR, gl.loads.Quiet(boundary="right"), gl.loads.Gravity(), gl.loads.Fixed(grains=[3]), Unknown()]
     test = Saturated(test=Loads(loads=([far, *stays, fluid("top", 2e6)],)), pressure=5e6)
     first, own = test.stages(small_sample(20))
-    assert first.of(gl.Traction) == [gl.Traction(boundary="top", stress=(0, -1e6, 0), factor=0.0)]
-    assert own.of(gl.Traction) == [far]
+    assert first.of(gl.loads.Traction) == [gl.loads.Traction(boundary="top", stress=(0, -1e6, 0), factor=0.0)]
+    assert own.of(gl.loads.Traction) == [far]
     for stage in (first, own):
-        assert [one.boundary for one in stage.of(gl.FluidPressure)] == ["top", "left", "right"]
-        assert [one for one in stage.loads if not isinstance(one, (gl.Traction, gl.FluidPressure))] == stays
+        assert [one.boundary for one in stage.of(gl.loads.FluidPressure)] == ["top", "left", "right"]
+        assert [one for one in stage.loads if not isinstance(one, (gl.loads.Traction, gl.loads.FluidPressure))] == stays
 
 
 def test_a_fluid_presses_a_side_of_which_only_the_middle_is_held():
     """On one that is held as a whole, or pressed by a membrane, it is in the cracks alone."""
-    middle = gl.Drive(boundary="left", axis=0, speed=0.0, roller=True)
-    loads = [FLOOR, middle, gl.Drive(boundary="right", axis=1, speed=0.0), gl.Pressure(boundary="top", pressure=1e6)]
+    middle = gl.loads.Drive(boundary="left", axis=0, speed=0.0, roller=True)
+    loads = [
+        FLOOR,
+        middle,
+        gl.loads.Drive(boundary="right", axis=1, speed=0.0),
+        gl.loads.Pressure(boundary="top", pressure=1e6),
+    ]
     for stage in Saturated(test=Loads(loads=(loads,)), pressure=5e6, boundaries=SIDES).stages(small_sample(20)):
-        only_in_cracks = {one.boundary: one.cracks_only for one in stage.of(gl.FluidPressure)}
+        only_in_cracks = {one.boundary: one.cracks_only for one in stage.of(gl.loads.FluidPressure)}
         assert only_in_cracks == {"left": False, "right": True, "top": True, "bottom": True}
 
 
@@ -264,7 +274,7 @@ def test_the_ledger_closes_where_a_fluid_comes_and_goes_in_motion():
     state.time_step = 2e-8
     gaps, works = [], []
     for k, fluids in enumerate(stages):
-        state.begin(gl.Stage(name=str(k), loads=[FLOOR, *fluids], until=[gl.AtRest()], interval=1))
+        state.begin(gl.Stage(name=str(k), loads=[FLOOR, *fluids], until=[gl.conditions.AtRest()], interval=1))
         for _ in range(12):
             advance(state, 50, 2e-8)
             state.let_fluids_follow()
@@ -307,8 +317,10 @@ def test_a_configuration_has_tests_in_a_fluid():
     assert made.protocol == Saturated(test=BiaxialCompression(confinement=10e6), pressure=5e6, boundaries=("left",))
     assert configured("saturated", made.sections, quick=True).protocol == made.protocol
     confine, axial = made.protocol.stages(made.specimen)  # it rises with the confinement, behind the membrane
-    assert [(one.pressure, one.ramp, one.cracks_only) for one in confine.of(gl.FluidPressure)] == [(5e6, 2e-4, True)]
-    assert [(one.pressure, one.ramp, one.cracks_only) for one in axial.of(gl.FluidPressure)] == [(5e6, 0.0, True)]
+    assert [(one.pressure, one.ramp, one.cracks_only) for one in confine.of(gl.loads.FluidPressure)] == [
+        (5e6, 2e-4, True)
+    ]
+    assert [(one.pressure, one.ramp, one.cracks_only) for one in axial.of(gl.loads.FluidPressure)] == [(5e6, 0.0, True)]
 
 
 # --- bad input -------------------------------------------------------------------------------------------------------
@@ -320,7 +332,7 @@ def test_a_configuration_has_tests_in_a_fluid():
         ([fluid("left"), fluid("left", 1e6)], r"'left' has two fluids"),
         ([fluid("bottom"), FLOOR], r"'bottom' has a drive, .* cracks_only=True"),
         (
-            [fluid("left"), gl.Pressure(boundary="left", pressure=1e6)],
+            [fluid("left"), gl.loads.Pressure(boundary="left", pressure=1e6)],
             r"'left' has a pressure behind a membrane, .* cracks_only=True",
         ),
         ([fluid("hole")], r"FluidPressure: boundary = 'hole' is not one of the specimen's: bottom, left"),
@@ -333,7 +345,7 @@ def test_fluids_that_cannot_be_are_refused(load, message):
 
 def test_bad_numbers_are_refused():
     with pytest.raises(gl.ParameterError, match=r"FluidPressure: pressure = -1"):
-        gl.FluidPressure(boundary="left", pressure=-1.0)
+        gl.loads.FluidPressure(boundary="left", pressure=-1.0)
     with pytest.raises(gl.ParameterError, match=r"Saturated: boundaries = .* each can be named once"):
         Saturated(pressure=1e6, boundaries=("left", "left"))
     with pytest.raises(gl.ParameterError, match=r"Saturated: boundaries = \(\) is not allowed"):
@@ -353,8 +365,8 @@ def under_water(specimen, table, law=GLUE):
     """A state at the first forces under water on all sides, with 1 kPa for each metre below the table."""
     state = state_of(specimen, law)
     depth = table - specimen.mesh.nodes[:, 1].min()
-    sides = [gl.FluidPressure(boundary=side, pressure=1e3 * depth, water_table=table) for side in SIDES]
-    state.begin(gl.Stage(name="water", loads=sides, until=[gl.Reaches("time", 1.0)], interval=1.0))
+    sides = [gl.loads.FluidPressure(boundary=side, pressure=1e3 * depth, water_table=table) for side in SIDES]
+    state.begin(gl.Stage(name="water", loads=sides, until=[gl.conditions.Reaches("time", 1.0)], interval=1.0))
     advance(state, 1)
     return state
 
@@ -392,6 +404,6 @@ def test_water_lifts_what_stands_on_an_open_joint():
 def test_a_water_table_is_above_the_bottom_and_not_beside_a_viscous_injection():
     with pytest.raises(gl.ParameterError, match=r"water_table = -0\.5 is not allowed, it must be above the lowest"):
         gl.simulate(two_bricks(), JOINT, Loads(loads=([fluid("top", water_table=-0.5)],)), progress=False)
-    pumped = gl.Injection(boundary="left", rate=1e-9, viscosity=1e-3, residual_aperture=1e-6)
+    pumped = gl.loads.Injection(boundary="left", rate=1e-9, viscosity=1e-3, residual_aperture=1e-6)
     with pytest.raises(gl.ParameterError, match="water_table = 1 m is not allowed beside a viscous injection"):
         gl.simulate(two_bricks(), JOINT, Loads(loads=([fluid("top", water_table=1), pumped],)), progress=False)

@@ -13,12 +13,12 @@ from support import ROCK, STRONG, small_sample
 import grainlaw as gl
 from grainlaw.cli.commands import main
 from grainlaw.cli.default_rock import LAWS
-from grainlaw.condition import FailsTo
+from grainlaw.conditions import FailsTo
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.geometry import Bricks, Voronoi, rectangle
 from grainlaw.laws import Friction, MohrCoulomb, PrePeak
 from grainlaw.runs import flutter
-from grainlaw.runs.flutter import _HeldStill
+from grainlaw.runs.flutter import Flutter, _HeldStill
 from grainlaw.units import MPa, mm
 
 check = importlib.import_module("grainlaw.cli.check")
@@ -72,12 +72,12 @@ def test_flutter_does_not_come_from_the_time_step():
 def test_the_rate_of_a_known_growth():
     time = np.linspace(0, 1e-3, 200)
     kinetic = 1e-12 + 1e-12 * np.exp(2e4 * time)
-    flutter = gl.Flutter(1e6, time, kinetic, np.zeros(200), 1e-7)
+    flutter = Flutter(1e6, time, kinetic, np.zeros(200), 1e-7)
     assert flutter.rate == pytest.approx(2e4, rel=0.02)
-    wobbling = gl.Flutter(1e6, time, 1e-12 * (2 + np.sin(1e5 * time)), np.zeros(200), 1e-7)
+    wobbling = Flutter(1e6, time, 1e-12 * (2 + np.sin(1e5 * time)), np.zeros(200), 1e-7)
     assert wobbling.rate == 0
     breaks = np.where(time > 5e-4, 1e-3, 1e-12)  # what a break sets free is no flutter
-    assert gl.Flutter(1e6, time, breaks, np.where(time > 5e-4, 1, 0), 1e-7).rate == 0
+    assert Flutter(1e6, time, breaks, np.where(time > 5e-4, 1, 0), 1e-7).rate == 0
 
 
 def test_the_rate_is_that_from_the_root_of_ten_on_up_to_the_first_damage():
@@ -86,12 +86,12 @@ def test_the_rate_is_that_from_the_root_of_ten_on_up_to_the_first_damage():
     kinetic = 2e-12 * np.exp(2e4 * np.maximum(time - 4e-4, 0.0))
     kinetic *= np.exp(0.1 * (-1.0) ** np.arange(201))
     damaged = np.where(time > 8.2e-4, 3, 1)
-    held = gl.Flutter(1e6, time, np.where(damaged > 1, 1e9, kinetic), damaged, 1e-7)
+    held = Flutter(1e6, time, np.where(damaged > 1, 1e9, kinetic), damaged, 1e-7)
     assert held.rate == pytest.approx(2e4, rel=0.01)
     assert held.flutters
-    assert not gl.Flutter(1e6, time[:102], kinetic[:102], np.ones(102), 1e-7).flutters  # 8 times
+    assert not Flutter(1e6, time[:102], kinetic[:102], np.ones(102), 1e-7).flutters  # 8 times
     late = np.array([1.0, 1.0, 1.0, 1.0, 100.0])  # between the last two alone
-    assert gl.Flutter(1e6, np.arange(5.0), late, np.zeros(5), 1e-7).rate == pytest.approx(np.log(100))
+    assert Flutter(1e6, np.arange(5.0), late, np.zeros(5), 1e-7).rate == pytest.approx(np.log(100))
     assert "its kinetic energy grows tenfold in 11" in str(held)
 
 
@@ -102,14 +102,14 @@ def test_a_specimen_is_pressed_brought_to_rest_and_held_by_hand():
     press, rest, calm, hold = test.stages(specimen)
 
     def drives(speed=0.0, ramp=0.0):
-        sides = [gl.Drive(boundary=side, axis=0, speed=0.0) for side in ("left", "right")]
-        top = gl.Drive(boundary="top", axis=1, speed=-speed, ramp=ramp)
-        return [top, gl.Drive(boundary="bottom", axis=1, speed=0.0), *sides]
+        sides = [gl.loads.Drive(boundary=side, axis=0, speed=0.0) for side in ("left", "right")]
+        top = gl.loads.Drive(boundary="top", axis=1, speed=-speed, ramp=ramp)
+        return [top, gl.loads.Drive(boundary="bottom", axis=1, speed=0.0), *sides]
 
     assert list(press.loads) == drives(1e-3 * 8e-3 / 16e-6, 2e-6)
     assert list(rest.loads) == list(calm.loads) == list(hold.loads[:-1]) == drives()
     assert [stage.interval for stage in (press, rest, calm, hold)] == pytest.approx([8e-8, 3e-6, 1e-6, 2e-6])
-    assert press.until == [gl.Reaches("stress", 50e6), FailsTo("stress", 0.5)]
+    assert press.until == [gl.conditions.Reaches("stress", 50e6), FailsTo("stress", 0.5)]
     assert press.sample_limit == 25 * 10 * 8
     assert [stage.until[0].progress({"time": np.zeros(5)}) for stage in (rest, calm, hold)] == [0.5, 0.5, 5 / 200]
     size = specimen.grains.grain_size

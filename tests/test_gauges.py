@@ -7,11 +7,17 @@ from support import ROCK, STIFF, small_sample
 
 import grainlaw as gl
 from grainlaw.cli.configuration import configured
+from grainlaw.gauges import CentreGauges, ClipGauges, WholeSpecimen
 from grainlaw.geometry import Voronoi, between_platens, moved, rectangle
 from grainlaw.laws import Linear
 from grainlaw.protocols import UniaxialCompression
 
-GAUGES = (gl.WholeSpecimen(), gl.CentreGauges(), gl.CentreGauges(share=1.0), gl.ClipGauges())
+GAUGES = (
+    WholeSpecimen(),
+    CentreGauges(),
+    CentreGauges(share=1.0),
+    ClipGauges(),
+)
 W, H = 0.02, 0.05
 PRISM = gl.Specimen(Voronoi(grains=400, seed=2).tessellate(rectangle(W, H)), ROCK)
 
@@ -31,8 +37,8 @@ def test_an_even_strain_is_what_all_gauges_read(gauges):
 @pytest.mark.parametrize(
     ("gauges", "width", "height"),
     [
-        (gl.WholeSpecimen(), W, H), (gl.CentreGauges(), W / 4, H / 4), (gl.CentreGauges(share=0.5), W / 2, H / 2),
-        (gl.ClipGauges(), W, H / 2),
+        (WholeSpecimen(), W, H), (CentreGauges(), W / 4, H / 4), (CentreGauges(share=0.5), W / 2, H / 2),
+        (ClipGauges(), W, H / 2),
     ],
 )  # fmt: skip
 def test_a_crack_counts_over_the_length_that_a_gauge_spans(gauges, width, height):
@@ -45,12 +51,12 @@ def test_a_barrel_is_widest_at_mid_height():
         return 1e-3 * x * np.cos(np.pi * y / H), -1e-3 * y * np.cos(np.pi * x / W)
 
     quarter = np.pi / 4  # the middle half of the height, and the mean of a cosine over it
-    assert read(gl.ClipGauges(), barrel)[0] == pytest.approx(1e-3, rel=0.01)
-    assert read(gl.WholeSpecimen(), barrel)[0] == pytest.approx(1e-3 * np.sin(quarter) / quarter, rel=0.01)
+    assert read(ClipGauges(), barrel)[0] == pytest.approx(1e-3, rel=0.01)
+    assert read(WholeSpecimen(), barrel)[0] == pytest.approx(1e-3 * np.sin(quarter) / quarter, rel=0.01)
     eighth = np.pi / 8
-    assert read(gl.CentreGauges(), barrel)[0] == pytest.approx(1e-3 * np.sin(eighth) / eighth, rel=0.02)
-    assert read(gl.ClipGauges(), barrel)[1] == pytest.approx(0, abs=1e-18)  # the sides do not move up or down
-    assert read(gl.CentreGauges(), barrel)[1] == pytest.approx(-1e-3 * np.sin(eighth) / eighth, rel=0.02)
+    assert read(CentreGauges(), barrel)[0] == pytest.approx(1e-3 * np.sin(eighth) / eighth, rel=0.02)
+    assert read(ClipGauges(), barrel)[1] == pytest.approx(0, abs=1e-18)  # the sides do not move up or down
+    assert read(CentreGauges(), barrel)[1] == pytest.approx(-1e-3 * np.sin(eighth) / eighth, rel=0.02)
 
 
 @pytest.mark.parametrize("gauges", GAUGES)
@@ -69,7 +75,7 @@ def test_ends_are_those_of_the_rock_between_platens():
     rock = specimen.mesh.nodes[specimen.mesh.boundaries["rock_top"], 1].min()
     moved = np.where(specimen.mesh.nodes[:, 1:] >= rock, [0.0, -1e-6], 0.0)
     height = np.ptp(made.region.bounds, axis=0)[1]
-    assert gl.WholeSpecimen().strains(specimen, moved)[1] == pytest.approx(-1e-6 / height)
+    assert WholeSpecimen().strains(specimen, moved)[1] == pytest.approx(-1e-6 / height)
 
 
 def test_a_test_records_what_its_gauges_read():
@@ -84,7 +90,10 @@ def test_a_test_records_what_its_gauges_read():
 
 
 def test_gauges_are_chosen_by_name():
-    for given, made in (("clip", gl.ClipGauges()), ({"type": "centre", "share": 0.5}, gl.CentreGauges(share=0.5))):
+    for given, made in (
+        ("clip", ClipGauges()),
+        ({"type": "centre", "share": 0.5}, CentreGauges(share=0.5)),
+    ):
         assert (
             configured("biaxial-compression", {"test": {"confinement": 1e6, "gauges": given}}).protocol.gauges == made
         )

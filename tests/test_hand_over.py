@@ -72,10 +72,13 @@ class PartAndReturn(gl.LoadingProtocol):
 
     def stages(self, specimen):
         def stage(name, x, y):
-            drives = [gl.Drive(boundary="bottom", axis=0, speed=0), gl.Drive(boundary="bottom", axis=1, speed=0)]
-            drives += [gl.Drive(boundary="top", axis=k, speed=way / self.turn) for k, way in enumerate((x, y))]
+            drives = [
+                gl.loads.Drive(boundary="bottom", axis=0, speed=0),
+                gl.loads.Drive(boundary="bottom", axis=1, speed=0),
+            ]
+            drives += [gl.loads.Drive(boundary="top", axis=k, speed=way / self.turn) for k, way in enumerate((x, y))]
             column = "x" if x else ("down" if y < 0 else "up")
-            until = [gl.Reaches(column, abs(x) + abs(y))]
+            until = [gl.conditions.Reaches(column, abs(x) + abs(y))]
             return gl.Stage(name=name, loads=drives, until=until, interval=self.turn / 1000)
 
         return [
@@ -118,7 +121,11 @@ class Steps(gl.Observer):
         self.handed_over = int(state.replaced.sum())
 
 
-@pytest.mark.parametrize("integrator", [gl.CentralDifference(), gl.DynamicRelaxation()], ids=["central", "relaxation"])
+@pytest.mark.parametrize(
+    "integrator",
+    [gl.integration.CentralDifference(), gl.integration.DynamicRelaxation()],
+    ids=["central", "relaxation"],
+)
 @pytest.mark.thorough
 def test_how_often_one_samples_changes_no_bit_of_the_motion(integrator):
     """Crushed until bonds are handed over, with a platen whose speed rises, and a closure that shortens the step."""
@@ -188,7 +195,7 @@ class Turning(FreeMotion):
         ends = specimen.mesh.nodes[specimen.mesh.interfaces[0, :2]]
         x, y = (specimen.mesh.nodes - ends[0] - share * (ends[1] - ends[0])).T
         moves = (specimen.mesh.node_grain == 1)[:, None]
-        loads = [*move.loads[:-1], gl.InitialVelocity(velocity=SPIN * moves * np.stack([-y, x], axis=1))]
+        loads = [*move.loads[:-1], gl.loads.InitialVelocity(velocity=SPIN * moves * np.stack([-y, x], axis=1))]
         return [settle, attrs.evolve(move, loads=loads)]
 
 

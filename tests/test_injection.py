@@ -14,7 +14,7 @@ from grainlaw.protocols import HydraulicFracturing
 from grainlaw.units import mm
 
 WATER = 2.2e9  #: Pa
-FLOOR = gl.Drive(boundary="bottom", axis=1, speed=0.0)
+FLOOR = gl.loads.Drive(boundary="bottom", axis=1, speed=0.0)
 JOINT = Friction(**STIFF, friction_angle=30)
 BRITTLE = MohrCoulomb(**{**STRONG, "tensile_strength": 5e6})
 STIFFER = gl.Elastic(youngs_modulus=35e9, poissons_ratio=0.27, density=2500)
@@ -30,9 +30,9 @@ class Pumped(gl.LoadingProtocol):
     rests: bool = False
 
     def stages(self, specimen):
-        ends = [[gl.Reaches("since", self.time)]] * len(self.loads)
+        ends = [[gl.conditions.Reaches("since", self.time)]] * len(self.loads)
         if self.rests:
-            ends[-1] = [gl.AtRest(1e-5)]
+            ends[-1] = [gl.conditions.AtRest(1e-5)]
         return [
             gl.Stage(name=f"pump {k}", until=until, interval=self.time / self.samples, loads=loads)
             for k, (loads, until) in enumerate(zip(self.loads, ends, strict=True))
@@ -66,9 +66,9 @@ def test_a_joint_that_is_pumped_open_against_a_spring(bulk, volume):
     """p = S w with all in series, and (V + w L)(1 + p/K) = V + Q: the pressure by hand, to half a percent."""
     width, height, spring = 10e-3, 4e-3, 2e13
     specimen = gl.Specimen(Bricks(rows=2).tessellate(rectangle(width, height)), ROCK)
-    top = gl.Hold(boundary="top", axis=1, stress=0.0, stiffness=spring)
+    top = gl.loads.Hold(boundary="top", axis=1, stress=0.0, stiffness=spring)
     rate = [(0.0, 0.0), (5e-5, 4e-5), (1e-4, 0.0)]
-    pumped = gl.Injection(boundary="left", rate=rate, volume=volume, bulk_modulus=bulk, cracks_only=True)
+    pumped = gl.loads.Injection(boundary="left", rate=rate, volume=volume, bulk_modulus=bulk, cracks_only=True)
     result = run(specimen, JOINT, [FLOOR, top, pumped], rests=True)
     injected = 4e-5 * 1e-4 / 2
     softness = 1 / spring + height * (1 - ROCK.poissons_ratio**2) / ROCK.youngs_modulus
@@ -87,14 +87,14 @@ def test_a_hole_and_its_fluid_share_what_is_pumped_in():
     first = enclosed_area(specimen.mesh.nodes, edges)
     assert first == pytest.approx(np.pi * 0.01**2, rel=1e-3)
     law = Linear(kn=1e15, ks=1e15)
-    result = run(specimen, law, [FLOOR, gl.Injection(boundary="hole", rate=2e-4, ramp=1e-4)], time=5e-4)
+    result = run(specimen, law, [FLOOR, gl.loads.Injection(boundary="hole", rate=2e-4, ramp=1e-4)], time=5e-4)
     found, last = result.summary, result.frames[-1]
     now = enclosed_area(specimen.mesh.nodes, edges, last.displacement)
     assert found["room"] == pytest.approx(now - first, rel=0.02)  # contacts between grains of the rim open a little
     assert (first + found["room"]) * (1 + found["injection_pressure"] / WATER) == pytest.approx(
         first + found["injected"], rel=1e-9
     )
-    pressed = gl.Pressure(boundary="hole", pressure=found["injection_pressure"])
+    pressed = gl.loads.Pressure(boundary="hole", pressure=found["injection_pressure"])
     still = run(specimen, law, [FLOOR, pressed], rests=True)
     grown = enclosed_area(specimen.mesh.nodes, edges, still.frames[-1].displacement) - first
     assert now - first == pytest.approx(grown, rel=0.02)
@@ -104,7 +104,7 @@ def test_a_hole_and_its_fluid_share_what_is_pumped_in():
 # --- cracks -----------------------------------------------------------------------------------------------------------
 
 
-LOADS, TIME = [FLOOR, gl.Injection(boundary="hole", rate=4e-3, ramp=1e-5)], 2.5e-4
+LOADS, TIME = [FLOOR, gl.loads.Injection(boundary="hole", rate=4e-3, ramp=1e-5)], 2.5e-4
 
 
 @pytest.fixture(scope="module")
@@ -155,8 +155,8 @@ def test_threads_and_a_restart_change_no_bit(split, tmp_path):
 def test_a_stiff_fluid_shortens_the_step():
     """Without room behind it the fluid in a joint is far stiffer than its contacts: the run stays stable."""
     specimen = gl.Specimen(Bricks(rows=2).tessellate(rectangle(10e-3, 4e-3)), ROCK)
-    top = gl.Hold(boundary="top", axis=1, stress=-5e6)
-    tight = gl.Injection(boundary="left", rate=1e-7, volume=1e-10, bulk_modulus=WATER, cracks_only=True)
+    top = gl.loads.Hold(boundary="top", axis=1, stress=-5e6)
+    tight = gl.loads.Injection(boundary="left", rate=1e-7, volume=1e-10, bulk_modulus=WATER, cracks_only=True)
     roomy = attrs.evolve(tight, volume=1e-3)
     steps = [run(specimen, JOINT, [FLOOR, top, one], time=2e-5).summary for one in (tight, roomy)]
     assert steps[0]["time_step"] < 0.3 * steps[1]["time_step"]
@@ -165,7 +165,7 @@ def test_a_stiff_fluid_shortens_the_step():
 
 def test_what_is_pumped_out_leaves_no_tension():
     specimen = holed()
-    out = gl.Injection(boundary="hole", rate=-1e-3, pressure=1e5)
+    out = gl.loads.Injection(boundary="hole", rate=-1e-3, pressure=1e5)
     found = run(specimen, Linear(**STIFF), [FLOOR, out], time=1e-4)
     assert found.curves["injection_pressure"][0] > 0
     assert found.summary["injection_pressure"] == 0
@@ -179,14 +179,18 @@ BLOCK = HydraulicFracturing(xx=-6e6, yy=-4e6, rate=4e-3, largest_volume=8e-6)
 
 def test_a_rock_under_stress_is_pumped_until_it_breaks():
     stress, pump = BLOCK.stages(holed())
-    far = [gl.Traction(boundary=name, stress=(-6e6, -4e6, 0.0)) for name in ("bottom", "right", "top", "left")]
-    assert (stress.static, stress.until) == (True, [gl.AtRest(1e-4)])
+    far = [gl.loads.Traction(boundary=name, stress=(-6e6, -4e6, 0.0)) for name in ("bottom", "right", "top", "left")]
+    assert (stress.static, stress.until) == (True, [gl.conditions.AtRest(1e-4)])
     for stage, ramp in ((stress, 2e-3), (pump, 0.0)):
-        assert sorted(stage.of(gl.Traction), key=repr) == sorted((attrs.evolve(f, ramp=ramp) for f in far), key=repr)
-    assert pump.of(gl.Injection) == [gl.Injection(boundary="hole", rate=4e-3, ramp=1e-4)]
+        assert sorted(stage.of(gl.loads.Traction), key=repr) == sorted(
+            (attrs.evolve(f, ramp=ramp) for f in far), key=repr
+        )
+    assert pump.of(gl.loads.Injection) == [gl.loads.Injection(boundary="hole", rate=4e-3, ramp=1e-4)]
     thick = attrs.evolve(BLOCK, viscosity=1e-3, residual_aperture=2e-6).stages(holed())[1]
-    assert thick.of(gl.Injection) == [attrs.evolve(pump.of(gl.Injection)[0], viscosity=1e-3, residual_aperture=2e-6)]
-    assert pump.until == [gl.FailsTo("injection_pressure", 0.5), gl.Reaches("injected", 8e-6)]
+    assert thick.of(gl.loads.Injection) == [
+        attrs.evolve(pump.of(gl.loads.Injection)[0], viscosity=1e-3, residual_aperture=2e-6)
+    ]
+    assert pump.until == [gl.conditions.FailsTo("injection_pressure", 0.5), gl.conditions.Reaches("injected", 8e-6)]
     assert (pump.interval, pump.expected) == (pytest.approx(2e-6), 1000)
     with pytest.raises(gl.ParameterError, match="HydraulicFracturing: the specimen has no boundary named pit"):
         attrs.evolve(BLOCK, opening="pit").stages(holed())
@@ -230,23 +234,32 @@ def test_the_first_crack_is_near_that_of_an_elastic_plate(stress):
 
 
 def test_injections_that_cannot_be_are_refused():
-    two = [gl.Injection(boundary=name, rate=1e-3, volume=1e-3, cracks_only=True) for name in ("left", "right")]
+    two = [gl.loads.Injection(boundary=name, rate=1e-3, volume=1e-3, cracks_only=True) for name in ("left", "right")]
     for loads, message in (
-        ([FLOOR, gl.Injection(boundary="left", rate=1e-3)], "boundary = 'left' encloses no room; give the volume"),
-        ([FLOOR, gl.Injection(boundary="lid", rate=1e-3, volume=1.0)], "boundary = 'lid' is not one of the specimen's"),
+        (
+            [FLOOR, gl.loads.Injection(boundary="left", rate=1e-3)],
+            "boundary = 'left' encloses no room; give the volume",
+        ),
+        (
+            [FLOOR, gl.loads.Injection(boundary="lid", rate=1e-3, volume=1.0)],
+            "boundary = 'lid' is not one of the specimen's",
+        ),
         ([FLOOR, *two], "has 2 injections, it can have one"),
-        ([FLOOR, two[0], gl.FluidPressure(boundary="left", pressure=1e6)], "has two fluids"),
-        ([FLOOR, gl.Injection(boundary="bottom", rate=1e-3, volume=1.0)], "has a drive, so that a fluid can only be"),
+        ([FLOOR, two[0], gl.loads.FluidPressure(boundary="left", pressure=1e6)], "has two fluids"),
+        (
+            [FLOOR, gl.loads.Injection(boundary="bottom", rate=1e-3, volume=1.0)],
+            "has a drive, so that a fluid can only be",
+        ),
     ):
         with pytest.raises(gl.ParameterError, match=message):
             run(holed(), JOINT, loads)
     rigid = attrs.evolve(holed(), material=gl.Rigid(density=2500))
     with pytest.raises(gl.ParameterError, match="is of rigid grains"):
-        run(rigid, JOINT, [FLOOR, gl.Injection(boundary="hole", rate=1e-3)])
+        run(rigid, JOINT, [FLOOR, gl.loads.Injection(boundary="hole", rate=1e-3)])
     with pytest.raises(gl.ParameterError, match="Injection: volume = 0 m2 is not allowed"):
-        gl.Injection(boundary="hole", rate=1e-3, volume=0)
+        gl.loads.Injection(boundary="hole", rate=1e-3, volume=0)
     with pytest.raises(gl.ParameterError, match="Injection: bulk_modulus = 0"):
-        gl.Injection(boundary="hole", rate=1e-3, bulk_modulus=0)
+        gl.loads.Injection(boundary="hole", rate=1e-3, bulk_modulus=0)
 
 
 # --- a slit that is pumped open ---------------------------------------------------------------------------------------
@@ -274,8 +287,8 @@ class Filled(gl.LoadingProtocol):
 
     def stages(self, specimen):
         rate = [(0, 0), (5e-5, self.volume / 5e-5), (1e-4, 0)]
-        pump = gl.Injection(boundary="slit", rate=rate, volume=1e-9)
-        return [gl.Stage(name="pump", loads=[pump], until=[gl.AtRest(1e-3)], interval=2e-6)]
+        pump = gl.loads.Injection(boundary="slit", rate=rate, volume=1e-9)
+        return [gl.Stage(name="pump", loads=[pump], until=[gl.conditions.AtRest(1e-3)], interval=2e-6)]
 
     def measure(self, state):
         return state.pumped

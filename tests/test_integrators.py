@@ -8,19 +8,33 @@ import pytest
 from support import BRITTLE, ROCK, STIFF, small_sample
 
 import grainlaw as gl
+from grainlaw.conditions import AtRest, Reaches
 from grainlaw.geometry import Bricks, rectangle
-from grainlaw.integration import Motion
+from grainlaw.integration import (
+    AdaptiveRelaxation,
+    CentralDifference,
+    DynamicRelaxation,
+    Integrator,
+    KineticRelaxation,
+    LocalDamping,
+    MassDamping,
+    Motion,
+    SwayDamping,
+    Undamped,
+    VibrationDamping,
+)
 from grainlaw.laws import Linear, Viscous
+from grainlaw.loads import Drive, Traction
 from grainlaw.protocols import FreeMotion, UniaxialCompression
 
 #: how each integrator is tried: with nothing that damps, and as users take it
-FREE = [gl.CentralDifference(damping=gl.Undamped()), gl.DynamicRelaxation()]
+FREE = [CentralDifference(damping=Undamped()), DynamicRelaxation()]
 DAMPED = [
-    gl.CentralDifference(),
-    gl.CentralDifference(damping=gl.LocalDamping()),
-    gl.CentralDifference(damping=gl.MassDamping(coefficient=3e5)),
-    gl.DynamicRelaxation(),
-    gl.DynamicRelaxation(relaxation=gl.KineticRelaxation(), burst=5),
+    CentralDifference(),
+    CentralDifference(damping=LocalDamping()),
+    CentralDifference(damping=MassDamping(coefficient=3e5)),
+    DynamicRelaxation(),
+    DynamicRelaxation(relaxation=KineticRelaxation(), burst=5),
 ]
 ids = [f"{type(i).__name__}-{type(getattr(i, 'relaxation', i.damping)).__name__}" for i in DAMPED]
 
@@ -28,7 +42,7 @@ ids = [f"{type(i).__name__}-{type(getattr(i, 'relaxation', i.damping)).__name__}
 def test_lists_hold_every_exported_integrator():
     exported = {
         value for value in vars(gl).values()
-        if inspect.isclass(value) and issubclass(value, gl.Integrator) and value is not gl.Integrator
+        if inspect.isclass(value) and issubclass(value, Integrator) and value is not Integrator
     }  # fmt: skip
     assert exported == {type(i) for i in FREE} == {type(i) for i in DAMPED}
 
@@ -70,9 +84,9 @@ def test_stable_at_its_step_and_not_far_beyond(integrator):
         assert not np.abs(oscillate(integrator, beyond, 2000 * step, frequency=frequency)).max() < 1e6
 
 
-@pytest.mark.parametrize("damping", [gl.MassDamping(coefficient=4.0), gl.SwayDamping(fraction=0.0, coefficient=4.0)])
+@pytest.mark.parametrize("damping", [MassDamping(coefficient=4.0), SwayDamping(fraction=0.0, coefficient=4.0)])
 def test_what_is_damped_by_mass_decays_at_its_rate(damping):
-    integrator = gl.CentralDifference(damping=damping)
+    integrator = CentralDifference(damping=damping)
     places = oscillate(integrator, 1e-4, 1.0)
     peaks = places[1:-1][(places[1:-1] > places[:-2]) & (places[1:-1] > places[2:])]
     period = 2 * np.pi / np.sqrt(100.0**2 - 2.0**2)
@@ -81,31 +95,31 @@ def test_what_is_damped_by_mass_decays_at_its_rate(damping):
 
 def test_forces_of_dampings_by_hand():
     """On 2 kg that move by 3 m/s under 8 N, in a step of 0.5 s; a change of the force, and the force."""
-    local, vibration = gl.LocalDamping(fraction=0.6), gl.VibrationDamping(fraction=0.6)
-    sway = gl.SwayDamping(fraction=0.6, coefficient=1.5)
+    local, vibration = LocalDamping(fraction=0.6), VibrationDamping(fraction=0.6)
+    sway = SwayDamping(fraction=0.6, coefficient=1.5)
     for force in (8.0, -8.0):
         for speed, wanted in ((3.0, -4.8), (0.0, 0.0), (-3.0, 4.8)):
             assert local.force(force, 1.0, speed, 2.0, 0.5) == pytest.approx(wanted)
         for change, wanted in ((1.0, 4.8), (0.0, 0.0), (-1.0, -4.8)):
             assert vibration.force(force, change, 3.0, 2.0, 0.5) == pytest.approx(wanted)
             assert sway.force(force, change, 3.0, 2.0, 0.5) == pytest.approx(wanted - 1.5 * 2 * 3)
-    drag = gl.CentralDifference(damping=gl.MassDamping(coefficient=1.5))
-    for integrator in (drag, gl.DynamicRelaxation(damping=drag.damping)):
+    drag = CentralDifference(damping=MassDamping(coefficient=1.5))
+    for integrator in (drag, DynamicRelaxation(damping=drag.damping)):
         after, resistance = integrator.step(8.0, 1.0, 3.0, 2.0, 0.5)
         assert resistance == pytest.approx(-1.5 * 2 * (3 + after) / 2)  # by the mean velocity of the step
         assert after == pytest.approx(3 + (8 + resistance) / 2 * 0.5)
 
 
 def test_steps_and_dampings_of_stages_by_hand():
-    damping = gl.VibrationDamping(fraction=0.44)
-    integrator = gl.CentralDifference(damping=damping)
+    damping = VibrationDamping(fraction=0.44)
+    integrator = CentralDifference(damping=damping)
     assert integrator.stable_step(100.0) == pytest.approx(0.9 * 2 / 100 / 1.2)
-    assert gl.CentralDifference(damping=gl.Undamped()).stable_step(100.0) == pytest.approx(0.3 * 2 / 100)
-    assert gl.DynamicRelaxation().stable_step(100.0) == pytest.approx(0.9 * 2 / 100)
-    assert integrator.seeking_rest().damping == gl.LocalDamping(fraction=0.44)
-    sway = gl.SwayDamping(fraction=0.44, coefficient=5.0)  # of a mode of 50 / s: 5 % of its critical damping
+    assert CentralDifference(damping=Undamped()).stable_step(100.0) == pytest.approx(0.3 * 2 / 100)
+    assert DynamicRelaxation().stable_step(100.0) == pytest.approx(0.9 * 2 / 100)
+    assert integrator.seeking_rest().damping == LocalDamping(fraction=0.44)
+    sway = SwayDamping(fraction=0.44, coefficient=5.0)  # of a mode of 50 / s: 5 % of its critical damping
     assert integrator.holding_sway(50.0).damping == sway
-    for other in (gl.LocalDamping(), gl.Undamped()):
+    for other in (LocalDamping(), Undamped()):
         assert (other.seeking_rest(), other.holding_sway(50.0)) == (other, other)
 
 
@@ -116,19 +130,19 @@ def test_relaxations_choose_by_hand():
     now = Motion(**rows, displacement=np.array([[6.0, 3.0]]), force=np.array([[1.0, 10.0]]))
     assert now.kinetic_energy == 0.5 * (2 * 1 + 3 * 4)
     critical = 2 * np.sqrt((1 * 8 + 2 * 30) / (2 * 1 + 3 * 4))
-    chosen, halt = gl.DynamicRelaxation().adapt(now, start)
+    chosen, halt = DynamicRelaxation().adapt(now, start)
     assert (chosen.damping.coefficient, halt) == (pytest.approx(critical), False)
     pushed = attrs.evolve(now, force=np.array([[20.0, 50.0]]))
     for motion, before in ((now, None), (pushed, start), (now, now)):
-        assert gl.AdaptiveRelaxation().choose(motion, before) == (0.0, False)
+        assert AdaptiveRelaxation().choose(motion, before) == (0.0, False)
     slower = attrs.evolve(now, velocity=np.array([[1.0, 1.9]]))
     for motion, before, halts in ((slower, now, True), (now, slower, False), (now, now, False), (now, None, False)):
-        assert gl.KineticRelaxation().choose(motion, before) == (0.0, halts)
+        assert KineticRelaxation().choose(motion, before) == (0.0, halts)
 
 
-@pytest.mark.parametrize("damping", [gl.VibrationDamping(), gl.LocalDamping()], ids=lambda d: type(d).__name__)
+@pytest.mark.parametrize("damping", [VibrationDamping(), LocalDamping()], ids=lambda d: type(d).__name__)
 def test_damping_does_not_feel_a_motion_without_force(damping):
-    integrator = gl.CentralDifference(damping=damping)
+    integrator = CentralDifference(damping=damping)
     for speed in (3.0, 0.0):
         assert integrator.step(0.0, 0.0, speed, 1.0, 1e-3) == (speed, 0.0)
 
@@ -137,8 +151,8 @@ def test_both_dampings_of_a_vibration_are_one():
     """Its force changes against its velocity; of the energy (1 - a) / (1 + a) is left from side to side."""
     frequency = 100.0
     ways = [
-        oscillate(gl.CentralDifference(damping=damping(fraction=0.3)), 1e-4, 0.2, frequency=frequency)
-        for damping in (gl.VibrationDamping, gl.LocalDamping)
+        oscillate(CentralDifference(damping=damping(fraction=0.3)), 1e-4, 0.2, frequency=frequency)
+        for damping in (VibrationDamping, LocalDamping)
     ]
     for places in ways:
         turns = np.abs(places[1:-1][np.diff(np.sign(np.diff(places))) != 0])
@@ -169,10 +183,10 @@ class Pulled(gl.LoadingProtocol):
     ramp: float
 
     def stages(self, specimen):
-        pull = gl.Traction(boundary="top", stress=(0.0, 1e6, 0.0), ramp=self.ramp)
-        ground = gl.Drive(boundary="bottom", axis=1, speed=0.0)
+        pull = Traction(boundary="top", stress=(0.0, 1e6, 0.0), ramp=self.ramp)
+        ground = Drive(boundary="bottom", axis=1, speed=0.0)
         return [gl.Stage(
-            name="pull", loads=[ground, pull], until=[gl.Reaches("time", 2.4e-4)], interval=1e-6
+            name="pull", loads=[ground, pull], until=[Reaches("time", 2.4e-4)], interval=1e-6
         )]  # fmt: skip
 
     def measure(self, state):
@@ -186,7 +200,10 @@ class Pulled(gl.LoadingProtocol):
 def test_a_fall_is_not_dragged():
     """g t^2 / 2, by default; local damping takes 0.8 of the weight."""
     grain = Bricks(rows=1, columns=1).tessellate(rectangle(1e-2, 1e-2))
-    for integrator, share in ((gl.CentralDifference(), 1.0), (gl.CentralDifference(damping=gl.LocalDamping()), 0.2)):
+    for integrator, share in (
+        (CentralDifference(), 1.0),
+        (CentralDifference(damping=LocalDamping()), 0.2),
+    ):
         test = FreeMotion(duration=0.01, samples=1000, integrator=integrator)
         moved = gl.simulate(gl.Specimen(grain, gl.Rigid(density=2700)), Linear(**STIFF), test).summary["centre_moved_y"]
         assert moved == pytest.approx(-share * 9.81 * 0.01**2 / 2, rel=0.02)  # the first step is from rest
@@ -194,34 +211,40 @@ def test_a_fall_is_not_dragged():
 
 def test_a_stage_that_waits_for_rest_damps_all_motion():
     common = {"name": "stage", "interval": 1e-6}
-    held, timed = gl.Stage(until=[gl.AtRest()], **common), gl.Stage(until=[gl.Reaches("time", 1.0)], **common)
-    assert held.moved_by == gl.CentralDifference(damping=gl.LocalDamping())
-    assert timed.moved_by == gl.CentralDifference()
-    undamped = gl.CentralDifference(damping=gl.Undamped())
+    held, timed = (
+        gl.Stage(until=[AtRest()], **common),
+        gl.Stage(until=[Reaches("time", 1.0)], **common),
+    )
+    assert held.moved_by == CentralDifference(damping=LocalDamping())
+    assert timed.moved_by == CentralDifference()
+    undamped = CentralDifference(damping=Undamped())
     assert attrs.evolve(held, integrator=undamped).moved_by == undamped
-    slack = gl.CentralDifference(damping=gl.VibrationDamping(fraction=0.5), safety=0.6)
-    assert slack.seeking_rest() == gl.CentralDifference(damping=gl.LocalDamping(fraction=0.5), safety=0.6)
+    slack = CentralDifference(damping=VibrationDamping(fraction=0.5), safety=0.6)
+    assert slack.seeking_rest() == CentralDifference(damping=LocalDamping(fraction=0.5), safety=0.6)
 
 
 def test_undamped_steps_are_shorter_by_default():
-    assert gl.CentralDifference(damping=gl.Undamped()).safety == 0.3
-    assert gl.CentralDifference(damping=gl.Undamped(), safety=0.9).safety == gl.CentralDifference().safety == 0.9
+    assert CentralDifference(damping=Undamped()).safety == 0.3
+    assert CentralDifference(damping=Undamped(), safety=0.9).safety == CentralDifference().safety == 0.9
 
 
 @attrs.frozen(kw_only=True)
 class Settle(gl.LoadingProtocol):
     """Press the top down, then wait for rest."""
 
-    integrator: gl.Integrator
+    integrator: Integrator
 
     def stages(self, specimen):
         def drives(speed):
-            return [gl.Drive(boundary="bottom", axis=1, speed=0), gl.Drive(boundary="top", axis=1, speed=speed)]
+            return [
+                Drive(boundary="bottom", axis=1, speed=0),
+                Drive(boundary="top", axis=1, speed=speed),
+            ]
 
         return [
-            gl.Stage(name="press", loads=drives(-0.5), until=[gl.Reaches("time", 1e-5)], interval=1e-6),
+            gl.Stage(name="press", loads=drives(-0.5), until=[Reaches("time", 1e-5)], interval=1e-6),
             gl.Stage(
-                name="rest", loads=drives(0.0), until=[gl.AtRest(1e-7)], interval=1e-5,
+                name="rest", loads=drives(0.0), until=[AtRest(1e-7)], interval=1e-5,
                 integrator=self.integrator, sample_limit=2000,
             ),
         ]  # fmt: skip
@@ -249,13 +272,13 @@ def test_finds_rest_where_statics_has_it(integrator):
 def test_simulate_puts_its_integrator_in_the_place_of_the_tests():
     """In every stage: the curves are those of the test that was given it, to the last digit."""
     law, test = Linear(**STIFF), UniaxialCompression(loading=gl.Constant(speed=0.2), maximum_strain=1e-4, samples=20)
-    undamped = gl.CentralDifference(damping=gl.Undamped(), safety=0.5)
+    undamped = CentralDifference(damping=Undamped(), safety=0.5)
     own = gl.simulate(small_sample(20), law, attrs.evolve(test, integrator=undamped))
     given = gl.simulate(small_sample(20), law, test, integrator=undamped)
     assert own.curves.keys() == given.curves.keys()
     assert all(np.array_equal(own.curves[name], given.curves[name]) for name in own.curves)
     assert given.curves["energy_damping"][-1] == 0
-    everything = gl.CentralDifference(damping=gl.LocalDamping(), beside_loading=False)  # what follows the load, too
+    everything = CentralDifference(damping=LocalDamping(), beside_loading=False)  # what follows the load, too
     assert gl.simulate(small_sample(20), law, test, integrator=everything).curves["energy_damping"][-1] > 0
     compared = gl.compare(small_sample(20), {"linear": law}, test, integrator=undamped)["linear"]
     assert np.array_equal(compared.curves["stress"], given.curves["stress"])
@@ -267,7 +290,7 @@ def test_simulate_refuses_what_is_no_integrator():
 
 
 def test_kinetic_relaxation_of_rigid_grains_keeps_its_ledger():
-    test = Settle(integrator=gl.DynamicRelaxation(relaxation=gl.KineticRelaxation(), burst=5))
+    test = Settle(integrator=DynamicRelaxation(relaxation=KineticRelaxation(), burst=5))
     result = gl.simulate(small_sample(20, material=gl.Rigid(density=3100)), Linear(**STIFF), test)
     assert result.summary["energy_error"] < 0.005
     assert result.curves["energy_damping"][-1] > 0
@@ -276,14 +299,14 @@ def test_kinetic_relaxation_of_rigid_grains_keeps_its_ledger():
 def test_relaxation_is_faster_than_local_damping():
     steps = [
         gl.simulate(small_sample(30), Linear(**STIFF), Settle(integrator=integrator)).summary["steps"]
-        for integrator in (gl.DynamicRelaxation(), gl.CentralDifference())
+        for integrator in (DynamicRelaxation(), CentralDifference())
     ]
     assert steps[0] < steps[1]
 
 
 def test_mass_scaling_lengthens_the_step_and_says_what_it_added():
     specimen, law = small_sample(60), Linear(**STIFF)
-    test = Settle(integrator=gl.DynamicRelaxation())
+    test = Settle(integrator=DynamicRelaxation())
     plain = gl.simulate(specimen, law, test)
     scaled = gl.simulate(specimen, law, test, mass_scaling=1.3)
     assert scaled.summary["time_step"] == pytest.approx(1.3 * plain.summary["time_step"], rel=0.02)

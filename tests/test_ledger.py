@@ -106,7 +106,7 @@ def test_the_weight_works_on_the_way_between_forces_and_half_of_it_when_it_chang
     """Masses of 2 and 3 kg fall by 1 m, then by 4 m with a weight that is raised in between by half of itself."""
     freedoms = Moved()
     weight = Weight(freedoms, np.array([2.0, 3.0]))
-    stage = SimpleNamespace(of=lambda kind: [gl.Gravity(acceleration=(0.0, -10.0))])
+    stage = SimpleNamespace(of=lambda kind: [gl.loads.Gravity(acceleration=(0.0, -10.0))])
     weight.begin(stage, SimpleNamespace(time_step=0.5))
     assert freedoms.arrays.earlier.tolist() == [[0, 0], [-20, -30], [0, 0]]
     assert weight.energy(0.5) == {"external": 0.0}

@@ -281,7 +281,7 @@ def test_it_looks_after_every_so_many_steps_of_a_stage_wherever_a_part_begins(be
 def test_a_call_of_the_engine_does_so_many_steps_that_it_can_be_stopped(monkeypatch):
     def most():
         options = {"threads": 1, "factor": 0.9, "scaling": 1.0, "stop": gl.Stop()}
-        return stepper.Stepper(state, gl.CentralDifference(), **options)._most
+        return stepper.Stepper(state, gl.integration.CentralDifference(), **options)._most
 
     state = state_of(small_sample(4), Linear(**STIFF))
     zones = len(state.mesh.zones)

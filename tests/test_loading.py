@@ -13,7 +13,7 @@ import grainlaw as gl
 from grainlaw.columns import SPENT
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, MohrCoulomb
-from grainlaw.loading import RECENT, RELEASED, Pace
+from grainlaw.loading import RECENT, RELEASED, Loading, Pace
 from grainlaw.materials import Thermal
 from grainlaw.protocols import BiaxialCompression, Cyclic, Heating, Platens, UniaxialCompression, UniaxialTension
 from grainlaw.strength import borne_in
@@ -54,14 +54,14 @@ def test_the_static_solution_of_a_column_is_that_of_springs_in_series():
         def observe(self, state, curves, stage, progress):
             self.velocity = state.velocity if self.velocity is None else self.velocity
 
-    sides = [gl.Drive(boundary=side, axis=0, speed=0.0) for side in ("left", "right")]
-    ends = [gl.Drive(boundary="top", axis=1, speed=-1.0), gl.Drive(boundary="bottom", axis=1, speed=0.0)]
+    sides = [gl.loads.Drive(boundary=side, axis=0, speed=0.0) for side in ("left", "right")]
+    ends = [gl.loads.Drive(boundary="top", axis=1, speed=-1.0), gl.loads.Drive(boundary="bottom", axis=1, speed=0.0)]
 
     @attrs.frozen
     class Press(gl.LoadingProtocol):
         def stages(self, specimen):
             return [gl.Stage(name="press", loads=[*ends, *sides], loading=gl.Constant(speed=speed), interval=1e-8,
-                             expected=2, until=[gl.Reaches("time", 1e-9)])]  # fmt: skip
+                             expected=2, until=[gl.conditions.Reaches("time", 1e-9)])]  # fmt: skip
 
         def measure(self, state):
             return {}
@@ -140,8 +140,11 @@ def test_damping_of_all_motion_drags_the_load():
     """Where bonds break, it takes the sign of the load's own motion: the end that moves carries more, on the mean."""
     press = attrs.evolve(CRUSH, loading=gl.Constant(speed=0.2), stop_fraction=0.9)
     drag = []
-    local = gl.LocalDamping()
-    for integrator in (gl.CentralDifference(damping=local), gl.CentralDifference(damping=local, beside_loading=False)):
+    local = gl.integration.LocalDamping()
+    for integrator in (
+        gl.integration.CentralDifference(damping=local),
+        gl.integration.CentralDifference(damping=local, beside_loading=False),
+    ):
         curves = gl.simulate(small_sample(), BRITTLE, attrs.evolve(press, integrator=integrator)).curves
         damaged = slice(int(np.argmax(curves["damaged"] > 0)), int(np.argmax(curves["stress"])))
         drag.append(np.mean((curves["stress_top"] - curves["stress_bottom"])[damaged]) / curves["stress"].max())
@@ -208,8 +211,8 @@ def test_how_long_a_stage_takes_and_how_it_is_slowed_down():
 
 
 def test_loading_is_checked():
-    stage = {"name": "load", "until": [gl.Reaches("time", 1)], "interval": 1e-6, "loading": gl.Adaptive()}
-    moving, still = (gl.Drive(boundary="top", axis=1, speed=speed) for speed in (1.0, 0.0))
+    stage = {"name": "load", "until": [gl.conditions.Reaches("time", 1)], "interval": 1e-6, "loading": gl.Adaptive()}
+    moving, still = (gl.loads.Drive(boundary="top", axis=1, speed=speed) for speed in (1.0, 0.0))
     with pytest.raises(gl.ParameterError, match="Stage 'load': a loading needs expected"):
         gl.Stage(**stage, loads=[moving])
     with pytest.raises(gl.ParameterError, match="Stage 'load': a loading needs a drive whose speed is not 0"):
@@ -218,13 +221,13 @@ def test_loading_is_checked():
     with pytest.raises(gl.ParameterError, match="not allowed without a temperature"):
         gl.Stage(**stage | {"loading": heats}, loads=[moving], expected=10)
     with pytest.raises(gl.ParameterError, match=r"must be one in K/s .* such as Adaptive\(\) or HeatingRate"):
-        gl.Stage(**stage | {"loading": gl.Constant(speed=0.1)}, loads=[gl.Heat(to=60)], expected=10)
+        gl.Stage(**stage | {"loading": gl.Constant(speed=0.1)}, loads=[gl.loads.Heat(to=60)], expected=10)
     for loads, more in (([moving], {}), ([], {"static": True})):
         with pytest.raises(gl.ParameterError, match="a stage with a temperature holds its boundaries"):
-            gl.Stage(**stage | more, loads=[*loads, gl.Heat(to=60)], expected=10)
+            gl.Stage(**stage | more, loads=[*loads, gl.loads.Heat(to=60)], expected=10)
     with pytest.raises(gl.ParameterError, match="it has 2 temperatures to come to, it can have one"):
-        gl.Stage(**stage, loads=[gl.Heat(to=60), gl.Heat(to=70)], expected=10)
-    assert gl.Stage(**stage, loads=[still, gl.Heat(to=60)], expected=10).loading == gl.Adaptive()
+        gl.Stage(**stage, loads=[gl.loads.Heat(to=60), gl.loads.Heat(to=70)], expected=10)
+    assert gl.Stage(**stage, loads=[still, gl.loads.Heat(to=60)], expected=10).loading == gl.Adaptive()
     assert heats.slower() == gl.HeatingRate(rate=5e4)
     with pytest.raises(gl.ParameterError, match=r"Adaptive: rate = 0\.5 is not allowed"):
         gl.Adaptive(rate=0.5)
@@ -240,7 +243,7 @@ UNITS = set()
 
 
 @attrs.frozen(kw_only=True)
-class Noting(gl.Loading):
+class Noting(Loading):
     """Notes in which unit a stage counts its speed."""
 
     speed: float
@@ -270,7 +273,7 @@ def test_a_loading_knows_the_unit_of_its_speed():
         gl.Adaptive(rate=0.04).next(seen)
 
 
-class Watching(gl.Loading):
+class Watching(Loading):
     """Keeps what it is told."""
 
     def first(self, pace):

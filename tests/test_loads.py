@@ -24,7 +24,7 @@ class Loads(gl.LoadingProtocol):
     rest: float = 1.0  # N on any freedom
 
     def stages(self, specimen):
-        until = [gl.Reaches("settled", 1.0)]
+        until = [gl.conditions.Reaches("settled", 1.0)]
         return [gl.Stage(name="load", loads=self.loads, until=until, interval=1e-6)]
 
     def measure(self, state):
@@ -53,14 +53,14 @@ def block(material=ROCK, rows=1):
 
 
 def gl_drive(boundary, axis=1, speed=0.0):
-    return gl.Drive(boundary=boundary, axis=axis, speed=speed)
+    return gl.loads.Drive(boundary=boundary, axis=axis, speed=speed)
 
 
 HELD = gl_drive("bottom")
 
 
 def test_a_platen_presses_with_its_stress():
-    load = Loads(loads=(HELD, gl.Hold(boundary="top", axis=1, stress=-10e6, ramp=2e-5)))
+    load = Loads(loads=(HELD, gl.loads.Hold(boundary="top", axis=1, stress=-10e6, ramp=2e-5)))
     result = gl.simulate(block(), Linear(**STIFF), load)
     found = result.summary
     assert found["y"] == pytest.approx(-10e6 / ALONG, rel=1e-3)
@@ -77,7 +77,7 @@ def test_a_platen_moves_as_one():
     grains = attrs.evolve(grains, phase=np.array([0, 1]))
     soft = gl.Elastic(youngs_modulus=20e9, poissons_ratio=0.0, density=2600)
     specimen = gl.Specimen(grains, {0: attrs.evolve(soft, youngs_modulus=60e9), 1: soft})
-    load = Loads(loads=(HELD, gl.Hold(boundary="top", axis=1, stress=-10e6, ramp=2e-5)))
+    load = Loads(loads=(HELD, gl.loads.Hold(boundary="top", axis=1, stress=-10e6, ramp=2e-5)))
     result = gl.simulate(specimen, Linear(**STIFF), load)
     top = specimen.mesh.boundaries["top"]
     assert np.ptp(result.frames[-1].displacement[top, 1]) < 1e-18
@@ -86,7 +86,7 @@ def test_a_platen_moves_as_one():
 
 def test_a_spring_on_a_platen_takes_its_share():
     stiffness = ALONG / 4e-3  # as stiff as the block
-    hold = gl.Hold(boundary="top", axis=1, stress=-10e6, ramp=2e-5, stiffness=stiffness)
+    hold = gl.loads.Hold(boundary="top", axis=1, stress=-10e6, ramp=2e-5, stiffness=stiffness)
     found = gl.simulate(block(), Linear(**STIFF), Loads(loads=(HELD, hold))).summary
     assert found["moved"] == pytest.approx(-10e6 / (2 * stiffness), rel=1e-3)
     assert found["top"] == pytest.approx(-5e6 * 4e-3, rel=2e-3)
@@ -94,7 +94,7 @@ def test_a_spring_on_a_platen_takes_its_share():
 
 @pytest.mark.parametrize("rows", [1, 3])
 def test_pressure_on_the_sides(rows):
-    sides = tuple(gl.Pressure(boundary=side, pressure=10e6, ramp=2e-5) for side in ("left", "right"))
+    sides = tuple(gl.loads.Pressure(boundary=side, pressure=10e6, ramp=2e-5) for side in ("left", "right"))
     result = gl.simulate(block(rows=rows), Linear(**STIFF), Loads(loads=(HELD, *sides)))
     assert result.summary["x"] == pytest.approx(-10e6 / ALONG, rel=2e-3)
     assert result.summary["energy_error"] < 1e-3
@@ -104,7 +104,7 @@ def test_pressure_on_the_sides(rows):
 @pytest.mark.parametrize("rows", [1, 3])
 def test_pressure_on_an_end(rows):
     """Its work is half of pressure times strain times volume, and the ledger closes."""
-    top = gl.Pressure(boundary="top", pressure=10e6, ramp=2e-5)
+    top = gl.loads.Pressure(boundary="top", pressure=10e6, ramp=2e-5)
     result = gl.simulate(block(rows=rows), Linear(**STIFF), Loads(loads=(HELD, top)))
     modulus = 1 / (1 / ALONG + (rows - 1) / (STIFF["kn"] * 4e-3))
     assert result.summary["y"] == pytest.approx(-10e6 / modulus, rel=2e-3)
@@ -116,7 +116,7 @@ def test_pressure_all_round_a_free_specimen_leaves_it_where_it_is():
     """No resultant and no moment, however the specimen is turned and bent."""
     specimen = small_sample(15)
     state = state_of(specimen, Linear(**STIFF))
-    pressures = [gl.Pressure(boundary=side, pressure=10e6) for side in ("left", "right", "top", "bottom")]
+    pressures = [gl.loads.Pressure(boundary=side, pressure=10e6) for side in ("left", "right", "top", "bottom")]
     impose(state, pressures)
     place = specimen.mesh.nodes
     bent = np.stack([place[:, 1] * 0.3 - 5 * place[:, 0] ** 2, -0.2 * place[:, 0] + 4 * place[:, 1] ** 2], axis=1)
@@ -137,7 +137,7 @@ def test_pressure_follows_the_side():
     """A quarter turn carries the force along."""
     specimen = block()
     state = state_of(specimen, Linear(**STIFF))
-    impose(state, [gl.Pressure(boundary="top", pressure=10e6)])
+    impose(state, [gl.loads.Pressure(boundary="top", pressure=10e6)])
     x, y = specimen.mesh.nodes.T
     state.nodes.arrays.displacement[:] = np.array([-y - x, x - y])  # (x, y) to (-y, x)
     advance(state)
@@ -148,8 +148,8 @@ def test_pressure_follows_the_side():
 @pytest.mark.alone
 def test_loads_are_the_same_for_any_number_of_threads(material):
     specimen = small_sample(12, material=material)
-    sides = tuple(gl.Pressure(boundary=side, pressure=2e6, ramp=1e-5) for side in ("left", "right"))
-    drives = (HELD, gl_drive("bottom", axis=0), gl.Hold(boundary="top", axis=1, stress=-5e6, ramp=1e-5))
+    sides = tuple(gl.loads.Pressure(boundary=side, pressure=2e6, ramp=1e-5) for side in ("left", "right"))
+    drives = (HELD, gl_drive("bottom", axis=0), gl.loads.Hold(boundary="top", axis=1, stress=-5e6, ramp=1e-5))
     load = Loads(loads=(*drives, *sides), least=2e-5)
     runs = [gl.simulate(specimen, Linear(**STIFF), load, threads=threads) for threads in (1, 2, 3)]
     for run in runs[1:]:
@@ -159,7 +159,9 @@ def test_loads_are_the_same_for_any_number_of_threads(material):
     assert runs[0].summary["energy_error"] < 0.005
 
 
-@pytest.mark.parametrize("load", [gl.Hold(boundary="lid", axis=1, stress=1e6), gl.Pressure(boundary="lid", pressure=1)])
+@pytest.mark.parametrize(
+    "load", [gl.loads.Hold(boundary="lid", axis=1, stress=1e6), gl.loads.Pressure(boundary="lid", pressure=1)]
+)
 def test_unknown_boundary(load):
     says = rf"{type(load).__name__}: boundary = 'lid' .* bottom, left, right, top"
     with pytest.raises(gl.ParameterError, match=says):
@@ -171,11 +173,14 @@ class InParts(gl.LoadingProtocol):
     """A pressure that is there at once, undamped, in stages of a microsecond."""
 
     def stages(self, specimen):
-        held, undamped = gl.Drive(boundary="bottom", axis=1, speed=0.0), gl.CentralDifference(damping=gl.Undamped())
-        pressure = gl.Pressure(boundary="top", pressure=10e6)
+        held, undamped = (
+            gl.loads.Drive(boundary="bottom", axis=1, speed=0.0),
+            gl.integration.CentralDifference(damping=gl.integration.Undamped()),
+        )
+        pressure = gl.loads.Pressure(boundary="top", pressure=10e6)
         return [
             gl.Stage(
-                name=f"part {k}", loads=[held, pressure], until=[gl.Reaches("time", (k + 1) * 1e-6)],
+                name=f"part {k}", loads=[held, pressure], until=[gl.conditions.Reaches("time", (k + 1) * 1e-6)],
                 interval=2.5e-7, integrator=undamped,
             )
             for k in range(6)
@@ -191,10 +196,10 @@ class InParts(gl.LoadingProtocol):
 def test_a_speed_that_changes_counts_its_time_from_its_stage():
     """In a second stage, too: the way is the integral of the speed."""
     state = state_of(small_sample(9), Linear(**STIFF))
-    impose(state, [gl.Drive(boundary="top", axis=1, speed=0.1)])
+    impose(state, [gl.loads.Drive(boundary="top", axis=1, speed=0.1)])
     advance(state, 50, 4e-8)
     top, before = state.mesh.boundaries["top"], state.displacement.copy()
-    impose(state, [gl.Drive(boundary="top", axis=1, speed=[(0, 0), (2e-6, 1.0)])])
+    impose(state, [gl.loads.Drive(boundary="top", axis=1, speed=[(0, 0), (2e-6, 1.0)])])
     advance(state, 50, 4e-8)
     assert (state.displacement - before)[top, 1] == pytest.approx(np.full(len(top), 0.5 * 2e-6), rel=1e-9)
 
@@ -210,7 +215,7 @@ def test_what_a_part_forgets_when_a_stage_begins_stays_in_the_ledger():
     """A part of a load of one's own that says nothing of its past: 5 J are supplied in each of three stages."""
 
     class Forgetful(Part):
-        takes, had = (gl.Gravity,), 0.0
+        takes, had = (gl.loads.Gravity,), 0.0
 
         def begin(self, imposed, at):
             self.had = 0.0
@@ -228,12 +233,12 @@ def test_what_a_part_forgets_when_a_stage_begins_stays_in_the_ledger():
 
 def test_a_load_that_no_part_takes_is_refused_before_any_work_is_done(tmp_path):
     @attrs.frozen
-    class Magnet(gl.Load):
+    class Magnet(gl.loads.Load):
         """Of one's own."""
 
     class Pull(InParts):
         def stages(self, specimen):
-            until = {"until": [gl.Reaches("time", 1e-6)], "interval": 1e-6}
+            until = {"until": [gl.conditions.Reaches("time", 1e-6)], "interval": 1e-6}
             return [gl.Stage(name="rest", **until), gl.Stage(name="pull", loads=[Magnet()], **until)]
 
     with pytest.raises(
@@ -246,15 +251,15 @@ def test_a_load_that_no_part_takes_is_refused_before_any_work_is_done(tmp_path):
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: gl.InitialVelocity(velocity="fast"), "InitialVelocity: velocity = 'fast' is not allowed"),
-        (lambda: gl.InitialVelocity(velocity=[(0, np.nan)]), "velocities"),
+        (lambda: gl.loads.InitialVelocity(velocity="fast"), "InitialVelocity: velocity = 'fast' is not allowed"),
+        (lambda: gl.loads.InitialVelocity(velocity=[(0, np.nan)]), "velocities"),
         (
-            lambda: gl.InitialVelocity(velocity=np.zeros((3, 2))).check_specimen(block()),
+            lambda: gl.loads.InitialVelocity(velocity=np.zeros((3, 2))).check_specimen(block()),
             "is of 3 nodes, the specimen has",
         ),
-        (lambda: gl.Fixed(grains=[7]).check_specimen(block()), "Fixed: grains = 7 is not allowed"),
-        (lambda: gl.Gravity(acceleration=(0, "down")), "Gravity: acceleration"),
-        (lambda: gl.Heat(to=-300), "Heat: to = -300"),
+        (lambda: gl.loads.Fixed(grains=[7]).check_specimen(block()), "Fixed: grains = 7 is not allowed"),
+        (lambda: gl.loads.Gravity(acceleration=(0, "down")), "Gravity: acceleration"),
+        (lambda: gl.loads.Heat(to=-300), "Heat: to = -300"),
     ],
 )
 def test_loads_that_cannot_be_are_refused(make, words):

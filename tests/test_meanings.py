@@ -4,11 +4,10 @@ import attrs
 from support import offenders
 
 import grainlaw as gl
-from grainlaw import geometry, laws, materials, protocols
 from grainlaw.arguments import Checked
 from grainlaw.declared import DYNAMIC, file_of
 
-PACKAGES = (gl, laws, materials, geometry, protocols)
+PACKAGES = (gl, *(getattr(gl, name) for name in gl.MODULES))
 DECLARED = sorted(
     {
         each

@@ -161,7 +161,9 @@ def test_highest_frequency_is_that_of_a_dense_eigenproblem():
 
 
 @pytest.mark.parametrize("safety", [0.98, 1.02])
-@pytest.mark.parametrize("damping", [gl.Undamped(), gl.LocalDamping(fraction=0.8)], ids=["undamped", "local"])
+@pytest.mark.parametrize(
+    "damping", [gl.integration.Undamped(), gl.integration.LocalDamping(fraction=0.8)], ids=["undamped", "local"]
+)
 def test_stable_step_is_the_limit(damping, safety):
     """Just below the limit the highest mode stays, just above it grows."""
     specimen = small_sample(6)
@@ -169,7 +171,7 @@ def test_stable_step_is_the_limit(damping, safety):
     count = len(specimen.mesh.interfaces)
     matrix = stiffness_matrix(specimen, np.full((2, count), STIFF["kn"]), np.full((2, count), STIFF["ks"]))
     frequency = highest_frequency(matrix, np.repeat(specimen.node_masses, 2))
-    integrator = gl.CentralDifference(damping=damping, safety=1.0)
+    integrator = gl.integration.CentralDifference(damping=damping, safety=1.0)
     state.freedoms.arrays.velocity[:] = (
         np.random.default_rng(1).normal(size=state.freedoms.arrays.velocity.shape) * 1e-6
     )
@@ -267,8 +269,8 @@ class StepByStep(gl.LoadingProtocol):
     """A sample after each step, which pulls."""
 
     def stages(self, specimen):
-        pull, hold = (gl.Drive(boundary=name, axis=1, speed=v) for name, v in (("top", 1.0), ("bottom", 0.0)))
-        return [gl.Stage(name="pull", loads=[pull, hold], until=[gl.Reaches("step", 5)], interval=1e-15)]
+        pull, hold = (gl.loads.Drive(boundary=name, axis=1, speed=v) for name, v in (("top", 1.0), ("bottom", 0.0)))
+        return [gl.Stage(name="pull", loads=[pull, hold], until=[gl.conditions.Reaches("step", 5)], interval=1e-15)]
 
     def measure(self, state):
         return {"displacement": state.moved("top")[1]}
@@ -290,5 +292,5 @@ def test_masses_of_a_grain_that_nothing_holds_are_not_scaled():
     state = state_of(grain, Linear(**STIFF))
     before = state.freedoms.arrays.mass.copy()
     found = StableStep(state, mass_scaling=2.0)
-    assert (found.frequency, found.step(gl.CentralDifference())) == (0.0, math.inf)
+    assert (found.frequency, found.step(gl.integration.CentralDifference())) == (0.0, math.inf)
     assert np.array_equal(state.freedoms.arrays.mass, before)

@@ -283,9 +283,9 @@ class Pull(gl.LoadingProtocol):
     stress: float = gl.parameter("Pa")
 
     def stages(self, specimen):
-        ends = [gl.Traction(boundary=name, stress=(0, self.stress, 0), ramp=20e-6) for name in ("top", "bottom")]
-        undamped = gl.CentralDifference(damping=gl.Undamped())
-        until = [gl.Reaches("time", 60e-6)]
+        ends = [gl.loads.Traction(boundary=name, stress=(0, self.stress, 0), ramp=20e-6) for name in ("top", "bottom")]
+        undamped = gl.integration.CentralDifference(damping=gl.integration.Undamped())
+        until = [gl.conditions.Reaches("time", 60e-6)]
         return [gl.Stage(name="pull", loads=ends, until=until, interval=0.1e-6, integrator=undamped)]
 
     def measure(self, state):

@@ -15,8 +15,8 @@ from grainlaw.units import MPa, mm
 PRESSURE = 10 * MPa
 SIDE = 10 * mm
 COHESIVE = CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=300)
-ENDS = [gl.Drive(boundary=name, axis=1, speed=0.0) for name in ("top", "bottom")]
-SIDES = [gl.Pressure(boundary=side, pressure=PRESSURE) for side in ("left", "right")]
+ENDS = [gl.loads.Drive(boundary=name, axis=1, speed=0.0) for name in ("top", "bottom")]
+SIDES = [gl.loads.Pressure(boundary=side, pressure=PRESSURE) for side in ("left", "right")]
 
 
 def squares(columns, rows):
@@ -136,7 +136,7 @@ def crushed():
     """A sample crushed under a membrane, with 1, 2 and 3 threads; whether each membrane was laid anew."""
     test = BiaxialCompression(
         confinement=5 * MPa, maximum_strain=0.03, stop_fraction=0, samples=150, loading=gl.Constant(speed=0.5),
-        integrator=gl.CentralDifference(damping=gl.LocalDamping(), beside_loading=False),
+        integrator=gl.integration.CentralDifference(damping=gl.integration.LocalDamping(), beside_loading=False),
     )  # fmt: skip
     return [gl.simulate(small_sample(), COHESIVE, test, threads=threads) for threads in (1, 2, 3)]
 

@@ -30,7 +30,7 @@ class Own(gl.LoadingProtocol):
     """One stage of the user's own."""
 
     loads: object = ()
-    until: object = gl.Reaches("time", 1e-5)
+    until: object = gl.conditions.Reaches("time", 1e-5)
 
     def stages(self, specimen):
         return [gl.Stage(name="own", loads=self.loads, until=[self.until], interval=1e-7)]
@@ -80,7 +80,7 @@ def of_one_sample(seed):
 
 
 def drive(**changed):
-    return gl.Drive(boundary="top", axis=1, speed=-0.1, **changed)
+    return gl.loads.Drive(boundary="top", axis=1, speed=-0.1, **changed)
 
 
 def resumed(folder):
@@ -202,7 +202,7 @@ REFUSED = {
         "density = -2700 kg/m3 is not allowed, .* above 0",
     ),
     "stage without loads": (
-        lambda _: run(test=Own(until=gl.Reaches("height", 1.0))),
+        lambda _: run(test=Own(until=gl.conditions.Reaches("height", 1.0))),
         "stage 'own' has no loads, and its specimen is at rest: .* wait for ever for .*height.*; give it loads",
     ),
     "two drives of one boundary": (
@@ -210,11 +210,11 @@ REFUSED = {
         "Stage 'own': boundary = 'top' has a Drive and a Drive along the axis 1, it can have one",
     ),
     "a platen under a force that is driven": (
-        lambda _: run(test=Own(loads=[drive(), gl.Hold(boundary="top", axis=1, stress=-1e6)])),
+        lambda _: run(test=Own(loads=[drive(), gl.loads.Hold(boundary="top", axis=1, stress=-1e6)])),
         "boundary = 'top' has a Drive and a Hold along the axis 1",
     ),
     "a pressure where a boundary is driven": (
-        lambda _: run(test=Own(loads=[drive(), gl.Pressure(boundary="top", pressure=1e6)])),
+        lambda _: run(test=Own(loads=[drive(), gl.loads.Pressure(boundary="top", pressure=1e6)])),
         "a Pressure on the boundary top is not allowed beside a Drive .* the pressure does nothing",
     ),
     "time step too large": (

@@ -32,8 +32,8 @@ class Imposed(gl.LoadingProtocol):
 
     def stages(self, specimen):
         velocity = np.tile(np.array(self.velocity), (len(specimen.mesh.nodes), 1))
-        return [gl.Stage(name="only", loads=[*self.loads, gl.InitialVelocity(velocity=velocity)],
-                         until=[gl.Reaches("time", 0.01)], interval=1e-4,
+        return [gl.Stage(name="only", loads=[*self.loads, gl.loads.InitialVelocity(velocity=velocity)],
+                         until=[gl.conditions.Reaches("time", 0.01)], interval=1e-4,
                          integrator=CentralDifference(damping=Undamped()))]  # fmt: skip
 
     def measure(self, state):
@@ -58,8 +58,8 @@ def test_a_grain_falls_as_galileo_says(material):
 @pytest.mark.parametrize("load", ["pressure", "force"])
 def test_a_sudden_load_on_a_grain_at_rest_is_no_instability(material, load):
     """The first sample is one step: all energies cancel to rounding, and no work has been done yet."""
-    imposed = {"pressure": gl.Pressure(boundary="bottom", pressure=1e4),
-             "force": gl.Hold(boundary="bottom", axis=1, stress=1e4)}[load]  # fmt: skip
+    imposed = {"pressure": gl.loads.Pressure(boundary="bottom", pressure=1e4),
+             "force": gl.loads.Hold(boundary="bottom", axis=1, stress=1e4)}[load]  # fmt: skip
     result = gl.simulate(blocks(material), LAW, Imposed(loads=(imposed,)))
     moved = 1e4 * SIDE / MASS * result.curves["time"][-1] ** 2 / 2
     assert result.curves["y"][-1] == pytest.approx(moved, rel=0.02)
@@ -68,7 +68,7 @@ def test_a_sudden_load_on_a_grain_at_rest_is_no_instability(material, load):
 
 @both
 def test_a_held_grain_that_is_thrown_stays(material):
-    result = gl.simulate(blocks(material), LAW, Imposed(loads=(gl.Fixed(grains=[0]),), velocity=(1.0, 1.0)))
+    result = gl.simulate(blocks(material), LAW, Imposed(loads=(gl.loads.Fixed(grains=[0]),), velocity=(1.0, 1.0)))
     assert result.curves["y"][-1] == 0
 
 
@@ -91,7 +91,7 @@ def test_a_rigid_grain_between_platens_is_refused():
 
 
 def test_a_rigid_grain_may_lie_on_two_boundaries_that_move_alike():
-    drives = tuple(gl.Drive(boundary=name, axis=0, speed=0.5) for name in ("left", "right"))
+    drives = tuple(gl.loads.Drive(boundary=name, axis=0, speed=0.5) for name in ("left", "right"))
     result = gl.simulate(blocks(RIGID), LAW, Imposed(loads=drives))
     assert result.curves["x"][-1] == pytest.approx(0.5 * result.curves["time"][-1], rel=0.02)
 

@@ -12,6 +12,7 @@ from toy_materials import YIELDING
 
 import grainlaw as gl
 from grainlaw.compiler.batch import compile_integrator
+from grainlaw.conditions import Reaches
 from grainlaw.engine.parts.clock import Clock
 from grainlaw.engine.parts.flow import Network
 from grainlaw.engine.parts.heat import EvenTemperature
@@ -19,12 +20,28 @@ from grainlaw.engine.parts.laws import LawTable
 from grainlaw.engine.parts.part import Split
 from grainlaw.engine.stepping import advance
 from grainlaw.geometry import together
+from grainlaw.integration import CentralDifference
 from grainlaw.laws import CohesiveCrack, Friction, MohrCoulomb
+from grainlaw.loads import (
+    BarEnd,
+    Conduction,
+    Drive,
+    Fixed,
+    FixedTemperature,
+    FluidPressure,
+    Gravity,
+    Hold,
+    InitialVelocity,
+    Injection,
+    Pressure,
+    Quiet,
+    Traction,
+)
 from grainlaw.materials import Thermal
 
 WEAK = CohesiveCrack(**STRONG, mode_i_energy=1.5, mode_ii_energy=3)
-ENDS = [gl.Drive(boundary="bottom", axis=1, speed=0.0), gl.Drive(boundary="top", axis=1, speed=-2.0)]
-NEVER = [gl.Reaches("time", 1.0)]
+ENDS = [Drive(boundary="bottom", axis=1, speed=0.0), Drive(boundary="top", axis=1, speed=-2.0)]
+NEVER = [Reaches("time", 1.0)]
 
 
 def stage(*loads):
@@ -45,35 +62,35 @@ CASES = {
     "yielding": (small_sample(material=YIELDING), WEAK, stage(*ENDS), 4e-8),
     "pressed": (
         small_sample(), WEAK,
-        stage(*ENDS, *(gl.Pressure(boundary=side, pressure=5e6) for side in ("left", "right"))), 4e-8,
+        stage(*ENDS, *(Pressure(boundary=side, pressure=5e6) for side in ("left", "right"))), 4e-8,
     ),
     "waves": (
         small_sample(), WEAK,
         stage(
-            ENDS[0], *(gl.Quiet(boundary=side) for side in ("left", "right", "top")),
-            gl.Traction(boundary="top", stress=(0, -5e6, 1e6), factor=[(0, 0), (1e-6, 1)]),
+            ENDS[0], *(Quiet(boundary=side) for side in ("left", "right", "top")),
+            Traction(boundary="top", stress=(0, -5e6, 1e6), factor=[(0, 0), (1e-6, 1)]),
         ), 4e-8,
     ),
     "held": (
         small_sample(), WEAK,
-        stage(ENDS[0], gl.Hold(boundary="top", axis=1, stress=-5e6, stiffness=1e12)), 4e-8,
+        stage(ENDS[0], Hold(boundary="top", axis=1, stress=-5e6, stiffness=1e12)), 4e-8,
     ),
     "bars": (
         small_sample(), WEAK,
         stage(
-            gl.BarEnd(boundary="bottom", axis=1, impedance=4e7),
-            gl.BarEnd(boundary="top", axis=1, impedance=4e7, stress=[(0, 0), (1e-6, -50e6)]),
+            BarEnd(boundary="bottom", axis=1, impedance=4e7),
+            BarEnd(boundary="top", axis=1, impedance=4e7, stress=[(0, 0), (1e-6, -50e6)]),
         ), 4e-8,
     ),
     "wet": (
         small_sample(), WEAK,
-        stage(*ENDS, *(gl.FluidPressure(boundary=side, pressure=5e6) for side in ("left", "right"))), 4e-8,
+        stage(*ENDS, *(FluidPressure(boundary=side, pressure=5e6) for side in ("left", "right"))), 4e-8,
     ),
     "flowing": (
         small_sample(), Friction(**STIFF, friction_angle=30),
         stage(
-            ENDS[0], gl.FluidPressure(boundary="right", pressure=1e5),
-            gl.Injection(boundary="left", rate=1e-3, volume=1e-6, viscosity=1e-3, residual_aperture=5e-6),
+            ENDS[0], FluidPressure(boundary="right", pressure=1e5),
+            Injection(boundary="left", rate=1e-3, volume=1e-6, viscosity=1e-3, residual_aperture=5e-6),
         ), 4e-8,
     ),
     "conducting": (
@@ -81,14 +98,14 @@ CASES = {
             material=Thermal(material=ROCK, expansion=8e-6, conductivity=3.0, heat_capacity=800.0)
         ), WEAK,
         stage(
-            ENDS[0], gl.Conduction(duration=1.0, speedup=1e5), gl.FixedTemperature(boundary="left", temperature=60.0),
+            ENDS[0], Conduction(duration=1.0, speedup=1e5), FixedTemperature(boundary="left", temperature=60.0),
         ), 4e-8,
     ),
     "falling": (
         PILE, Friction(kn=1e9, ks=1e9, friction_angle=30),
         stage(
-            gl.Gravity(acceleration=(0, -GRAVITY)), gl.Fixed(grains=[0]),
-            gl.InitialVelocity(velocity=np.tile((0.0, -0.5), (len(PILE.mesh.nodes), 1))),
+            Gravity(acceleration=(0, -GRAVITY)), Fixed(grains=[0]),
+            InitialVelocity(velocity=np.tile((0.0, -0.5), (len(PILE.mesh.nodes), 1))),
         ), 1e-4,
     ),
 }  # fmt: skip
@@ -105,7 +122,7 @@ def run(case, steps, threads=1):
 
 def go(state, steps, threads=1):
     state.let_heat_flow()
-    advance(state, compile_integrator(gl.CentralDifference()), steps, threads=threads)
+    advance(state, compile_integrator(CentralDifference()), steps, threads=threads)
 
 
 def declared(rows):

@@ -10,7 +10,7 @@ from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import UniaxialCompression, UniaxialTension
 from grainlaw.results.figures.probe import _right, plot_paths
-from grainlaw.results.probe import law_at
+from grainlaw.results.probe import ContactPath, law_at
 from grainlaw.units import mm
 from grainlaw.workbench.law_figure import Reach
 
@@ -167,7 +167,7 @@ HAND = MohrCoulomb(
 
 def walked(**changed):
     """A path by hand: pulled and sheared, until it broke."""
-    return gl.ContactPath(**{
+    return ContactPath(**{
         "point": 5, "grains": (1, 2), "position": np.array([1e-3, 2.5e-3]), "law": HAND, "broken": 2e-3, "mode": 0.3,
         "time": np.array([0, 1, 2, 3]) * 1e-3, "opening": np.array([0, 0.5, 2, 0]) * 1e-7,
         "slip": np.array([0, -2, -3, 0]) * 1e-7, "normal": np.array([0, 5e6, 0, 9e6]),

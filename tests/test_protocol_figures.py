@@ -49,7 +49,7 @@ def result_of(specimen, law, protocol):
     state.begin(stages[0])
     rising = np.linspace(0.0, 1.0, 40)
     every = [*(each.name for each in EVERY_TEST), *(ENERGY + kind for kind in ENERGIES), *protocol.measure(state)]
-    if any(stage.of(gl.Conduction) for stage in stages):
+    if any(stage.of(gl.loads.Conduction) for stage in stages):
         every += [HEAT_TIME, COLDEST, HOTTEST]
     curves = {name: rising * 1e-3 for name in every}
     curves[STAGE] = (len(stages) - 1.0) * (rising > 0.1)

@@ -72,7 +72,7 @@ def test_a_shear_test_presses_with_its_stress_on_the_specimen(overhang):
     assert [stage.name for stage in stages] == ["press", "shear", "reverse"]
     assert length == pytest.approx(40e-3 + 2 * overhang)
     for stage in stages:
-        (hold,) = stage.of(gl.Hold)
+        (hold,) = stage.of(gl.loads.Hold)
         assert hold.stress * length == pytest.approx(-3e6 * 40e-3)
         assert hold.stiffness * length == pytest.approx(0 if stage.name == "press" else 2e10 * 40e-3)
 

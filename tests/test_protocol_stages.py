@@ -8,7 +8,7 @@ import pytest
 from support import ROCK
 
 import grainlaw as gl
-from grainlaw.condition import FailsTo
+from grainlaw.conditions import AtRest, Fails, FailsTo, FallsTo, Reaches
 from grainlaw.geometry import (
     Bricks,
     Voronoi,
@@ -19,6 +19,8 @@ from grainlaw.geometry import (
     rectangle,
     shear_box,
 )
+from grainlaw.integration import CentralDifference, LocalDamping, Undamped
+from grainlaw.loads import Drive, Fixed, FluidPressure, Gravity, Heat, Hold, Pressure, Quiet, Traction
 from grainlaw.materials import Thermal
 from grainlaw.protocols import (
     BiaxialCompression,
@@ -54,7 +56,7 @@ WAY = {"loading": SLOW, "interval": 4e-6, "expected": 47, "pieces": 20, "sample_
 
 
 def drive(boundary, axis, speed, **more):
-    return gl.Drive(boundary=boundary, axis=axis, speed=speed, **more)
+    return Drive(boundary=boundary, axis=axis, speed=speed, **more)
 
 
 def held(axis, *boundaries):
@@ -71,14 +73,14 @@ def same(found, expected):
 
 def test_platens_approach_or_part():
     press = UniaxialCompression(maximum_strain=0.02, platens=Platens.ROUGH, **RISES)
-    until = [gl.Reaches("strain", 0.02), gl.FallsTo("stress", 0.5)]
+    until = [Reaches("strain", 0.02), FallsTo("stress", 0.5)]
     across = held(0, "top", "bottom")
     both = attrs.evolve(press, moving=Moving.BOTH)
     stage = gl.Stage(name="compression", loads=[drive("top", 1, -1.0), *held(1, "bottom"), *across], until=until, **WAY)
     same(press.stages(BLOCKS), [stage])
     same(both.stages(BLOCKS), [attrs.evolve(stage, loads=[drive("top", 1, -0.5), drive("bottom", 1, 0.5), *across])])
     same(attrs.evolve(press, platens=Platens.SMOOTH).stages(BETWEEN), [stage])  # bodies may not slide away
-    end = [gl.Reaches("strain", 0.02), gl.Fails("stress", "strain")]
+    end = [Reaches("strain", 0.02), Fails("stress", "strain")]
     same(attrs.evolve(press, until=gl.Until.FAILURE).stages(BLOCKS), [attrs.evolve(stage, until=end)])
     pull = UniaxialTension(maximum_strain=0.02, stop_fraction=0, **RISES)
     parts = attrs.evolve(stage, name="tension", until=until[:1], loads=[drive("top", 1, 0.5), drive("bottom", 1, -0.5)])
@@ -109,17 +111,17 @@ def test_a_confinement_comes_before_the_axial_load(specimen, share):
     bodies = ["top", "bottom"] if specimen is BETWEEN else []
 
     def sides(ramp):
-        return [gl.Pressure(boundary=side, pressure=3e6, ramp=ramp) for side in ("left", "right")]
+        return [Pressure(boundary=side, pressure=3e6, ramp=ramp) for side in ("left", "right")]
 
     confine = gl.Stage(
-        name="confine", interval=5e-6, static=True, sample_limit=10_000, until=[IntactAtRest(gl.AtRest(1e-4), 3e6)],
+        name="confine", interval=5e-6, static=True, sample_limit=10_000, until=[IntactAtRest(AtRest(1e-4), 3e6)],
         loads=[
-            gl.Hold(boundary="top", axis=1, stress=-3e6 * share, ramp=1e-4), *held(1, "bottom"), *held(0, *bodies),
+            Hold(boundary="top", axis=1, stress=-3e6 * share, ramp=1e-4), *held(1, "bottom"), *held(0, *bodies),
             *sides(1e-4),
         ],
     )  # fmt: skip
     axial = gl.Stage(
-        name="axial", **WAY, until=[gl.Reaches("strain", 0.02), gl.FallsTo("deviator", 0.5)],
+        name="axial", **WAY, until=[Reaches("strain", 0.02), FallsTo("deviator", 0.5)],
         loads=[drive("top", 1, -1.0), *held(1, "bottom"), *held(0, *bodies), *sides(0.0)],
     )  # fmt: skip
     same(test.stages(specimen), [confine, axial])
@@ -128,7 +130,7 @@ def test_a_confinement_comes_before_the_axial_load(specimen, share):
 
 def test_a_specimen_that_breaks_under_its_confinement_ends_the_test():
     """A hundredth of its bonds may."""
-    condition = IntactAtRest(gl.AtRest(1e-4), 3e6)
+    condition = IntactAtRest(AtRest(1e-4), 3e6)
     still = {name: np.full(3, 1e-5) for name in ("time", "unbalanced", "motion")}
     assert condition.progress(still | {"broken_bonds": np.array([0.0, 0.5, 0.009])}) == 1
     with pytest.raises(gl.StageError, match=r"1.1% of the bonded contact points broke under the confinement of 3 MPa"):
@@ -143,7 +145,7 @@ def test_a_disc_is_pressed_between_its_jaws():
     stage = gl.Stage(
         name="split", loading=SLOW, interval=way, expected=40 + lost, pieces=20, sample_limit=400 * (40 + lost),
         loads=[drive("top", 1, -1.0), *held(1, "bottom"), *held(0, "top", "bottom")],
-        until=[gl.Reaches("strain", 0.01), FailsTo("stress", 0.9)],
+        until=[Reaches("strain", 0.01), FailsTo("stress", 0.9)],
     )  # fmt: skip
     test = Brazilian(maximum_strain=0.01, **RISES)
     same(test.stages(specimen), [stage])
@@ -162,7 +164,7 @@ def test_a_beam_is_bent_on_rollers():
     region = notched_beam(length=0.1, height=0.02, span=0.08, notch_depth=0.005, notch_width=0.002, bearing=0.004)
     specimen = gl.Specimen(Voronoi(grains=40, seed=1).tessellate(region), ROCK)
     stage = gl.Stage(
-        name="bend", **WAY, until=[gl.Reaches("deflection", 160e-6), FailsTo("force", 0.05)],
+        name="bend", **WAY, until=[Reaches("deflection", 160e-6), FailsTo("force", 0.05)],
         loads=[
             drive("load", 1, -1.0, roller=True), drive("load", 0, 0.0, roller=True),
             *(drive(name, 1, 0.0, roller=True) for name in ("support_left", "support_right")),
@@ -179,22 +181,22 @@ def test_a_joint_is_sheared_and_sheared_back():
     )  # fmt: skip
     lower = held(0, "bottom") + held(1, "bottom")
     press = gl.Stage(
-        name="press", interval=2e-5, until=[gl.AtRest(1e-4)],
-        loads=[gl.Hold(boundary="top", axis=1, stress=-3e6, ramp=2e-5), drive("top", 0, 0.0), *lower],
+        name="press", interval=2e-5, until=[AtRest(1e-4)],
+        loads=[Hold(boundary="top", axis=1, stress=-3e6, ramp=2e-5), drive("top", 0, 0.0), *lower],
     )  # fmt: skip
-    spring = gl.Hold(boundary="top", axis=1, stress=-3e6, stiffness=2e10)
+    spring = Hold(boundary="top", axis=1, stress=-3e6, stiffness=2e10)
     shear = gl.Stage(
-        name="shear", loading=SLOW, interval=4e-6, expected=25 + 7, until=[gl.Reaches("displacement", 100e-6)],
+        name="shear", loading=SLOW, interval=4e-6, expected=25 + 7, until=[Reaches("displacement", 100e-6)],
         loads=[spring, drive("top", 0, 1.0), *lower],
     )  # fmt: skip
     back = attrs.evolve(
-        shear, name="reverse", expected=19 + 7, until=[gl.FallsTo("displacement", 0.25)],
+        shear, name="reverse", expected=19 + 7, until=[FallsTo("displacement", 0.25)],
         loads=[spring, drive("top", 0, -1.0), *lower],
     )  # fmt: skip
     same(test.stages(BLOCKS), [press, shear, back])
     same(attrs.evolve(test, reverse_to=1).stages(BLOCKS), [press, shear])
     free = attrs.evolve(test, normal_stress=0).stages(BLOCKS)[0]
-    assert free.until == [gl.Reaches("time", 2e-5)]  # nothing has to come to rest
+    assert free.until == [Reaches("time", 2e-5)]  # nothing has to come to rest
     short = attrs.evolve(test, maximum_slip=1e-6, loading=gl.Constant(speed=0.5)).stages(BLOCKS)
     assert [stage.expected for stage in short[1:]] == [1, 1]
 
@@ -204,17 +206,17 @@ def test_a_shear_box_holds_the_sides_of_both_halves():
     _press, shear = DirectShear(normal_stress=3e6).stages(specimen)
     upper = [drive(name, 0, 1.0) for name in ("top", "left_upper", "right_upper")]
     lower = held(0, "bottom", "left_lower", "right_lower")
-    assert shear.of(gl.Drive) == [*upper, *lower, *held(1, "bottom")]
+    assert shear.of(Drive) == [*upper, *lower, *held(1, "bottom")]
 
 
 def test_a_joint_is_pulled_and_closed():
     test = JointTension(loading=SLOW, unload_at=40e-6, maximum_opening=90e-6, closing_pressure=5e6, resolution=4e-6)
     ways = {
-        "pull": (1.0, gl.Reaches("opening", 40e-6), gl.Reaches("broken", 1.0)),
-        "unload": (-1.0, gl.FallsTo("normal", 0.0), gl.FallsTo("opening", 0.0)),
-        "reload": (1.0, gl.Reaches("broken", 1.0), gl.Reaches("opening", 90e-6)),
-        "close": (-1.0, gl.Reaches("pressure", 5e6)),
-        "pull again": (1.0, gl.Reaches("opening", 40e-6)),
+        "pull": (1.0, Reaches("opening", 40e-6), Reaches("broken", 1.0)),
+        "unload": (-1.0, FallsTo("normal", 0.0), FallsTo("opening", 0.0)),
+        "reload": (1.0, Reaches("broken", 1.0), Reaches("opening", 90e-6)),
+        "close": (-1.0, Reaches("pressure", 5e6)),
+        "pull again": (1.0, Reaches("opening", 40e-6)),
     }
     stages = [
         gl.Stage(
@@ -249,13 +251,13 @@ def test_a_load_is_held_while_time_passes(specimen, share):
         return gl.Stage(
             name=name, interval=1e-5, sample_limit=100_000, until=until, **more,
             loads=[
-                gl.Hold(boundary="top", axis=1, stress=-end * share, start=-start * share, ramp=ramp),
+                Hold(boundary="top", axis=1, stress=-end * share, start=-start * share, ramp=ramp),
                 *held(1, "bottom"), *held(0, *bodies),
-                *(gl.Pressure(boundary=side, pressure=3e6, ramp=side_ramp) for side in ("left", "right")),
+                *(Pressure(boundary=side, pressure=3e6, ramp=side_ramp) for side in ("left", "right")),
             ],
         )  # fmt: skip
 
-    rest = gl.AtRest(1e-4)
+    rest = AtRest(1e-4)
     expected = [
         stage("confine", 0.0, 3e6, 1e-4, 1e-4, [Bears(rest, 3e6, 4e-3)], static=True),
         stage("load", 3e6, 40e6, 1e-4, 0.0, [Bears(rest, 40e6, 4e-3)]),
@@ -264,17 +266,17 @@ def test_a_load_is_held_while_time_passes(specimen, share):
     same(test.stages(specimen), expected)
     alone = attrs.evolve(test, confinement=0.0).stages(specimen)
     assert [one.name for one in alone] == ["load", "creep"]
-    assert all(not one.of(gl.Pressure) for one in alone)
+    assert all(not one.of(Pressure) for one in alone)
 
 
 def test_a_test_is_unloaded_at_each_level():
     press = UniaxialCompression(maximum_strain=0.02, moving=Moving.BOTH, **RISES)
     (main,) = press.stages(BLOCKS)
     back = [drive("top", 1, 0.5), drive("bottom", 1, -0.5)]
-    unload = attrs.evolve(main, loads=back, until=[gl.FallsTo("stress", 0.2)])
+    unload = attrs.evolve(main, loads=back, until=[FallsTo("stress", 0.2)])
     expected = []
     for number, level in ((1, 1e-3), (2, 2e-3)):
-        until = [gl.Reaches("strain", level), *main.until]
+        until = [Reaches("strain", level), *main.until]
         expected += [
             attrs.evolve(main, name=f"load {number}", until=until), attrs.evolve(unload, name=f"unload {number}")
         ]  # fmt: skip
@@ -286,15 +288,15 @@ def test_the_forces_on_the_rim_of_an_opening_are_let_go():
     stress, sides = (-2e6, -3e6, 1e6), ("bottom", "right", "top", "left")
     whole = [name for name in specimen.mesh.boundaries if name != "hole"]
     assert set(whole) == set(sides)
-    more = {"until": [gl.AtRest(1e-4)], "interval": 1e-6}
+    more = {"until": [AtRest(1e-4)], "interval": 1e-6}
     full = gl.Stage(
         name="stress", **more, static=True,
-        loads=[gl.Traction(boundary=name, stress=stress, ramp=2e-5) for name in (*whole, "hole")],
+        loads=[Traction(boundary=name, stress=stress, ramp=2e-5) for name in (*whole, "hole")],
     )  # fmt: skip
-    rim = gl.Traction(boundary="hole", stress=stress, factor=0.0, start=1.0, ramp=2e-5)
+    rim = Traction(boundary="hole", stress=stress, factor=0.0, start=1.0, ramp=2e-5)
     excavate = gl.Stage(
         name="excavate", **more, expected=40,
-        loads=[*(gl.Traction(boundary=name, stress=stress) for name in whole), rim],
+        loads=[*(Traction(boundary=name, stress=stress) for name in whole), rim],
     )  # fmt: skip
     same(Excavation(xx=-2e6, yy=-3e6, xy=1e6, release=2e-5, samples=20).stages(specimen), [full, excavate])
 
@@ -305,13 +307,16 @@ def test_bodies_settle_before_they_are_thrown():
     )  # fmt: skip
     settle, move = test.stages(BLOCKS)
     assert (settle.name, settle.interval, move.name, move.interval) == ("settle", 0.002, "move", 0.005)
-    assert settle.loads == [gl.Gravity(acceleration=(1, -2)), gl.Fixed(grains=[0, 1])]
-    assert list(move.loads[:2]) == [gl.Gravity(acceleration=(1, -2)), gl.Fixed(grains=[0])]
+    assert settle.loads == [Gravity(acceleration=(1, -2)), Fixed(grains=[0, 1])]
+    assert list(move.loads[:2]) == [Gravity(acceleration=(1, -2)), Fixed(grains=[0])]
     upper = BLOCKS.mesh.node_grain == 1
     assert move.loads[2].velocity.tolist() == np.outer(upper, [3.0, 4.0]).tolist()
     for stage, time, share in ((settle, 0.03, 0.75), (move, 0.03, -0.1), (move, 0.09, 0.5)):
         assert stage.until[0].progress({"time": np.array([1.0, 1.0, time])}) == pytest.approx(share)
-    assert [type(stage.integrator.damping) for stage in (settle, move)] == [gl.LocalDamping, gl.Undamped]
+    assert [type(stage.integrator.damping) for stage in (settle, move)] == [
+        LocalDamping,
+        Undamped,
+    ]
     assert [stage.name for stage in attrs.evolve(test, settle=0).stages(BLOCKS)] == ["move"]
 
 
@@ -327,8 +332,8 @@ def test_a_specimen_is_heated_and_cooled(hold, loads):
     rate = gl.HeatingRate(rate=1e4)
     more = {"loading": rate, "expected": 40, "sample_limit": 4000}
     expected = [
-        gl.Stage(name="heat to 100 °C", loads=[*loads, gl.Heat(to=100)], interval=2.0, **more),
-        gl.Stage(name="cool to -20 °C", loads=[*loads, gl.Heat(to=-20)], interval=3.0, **more),
+        gl.Stage(name="heat to 100 °C", loads=[*loads, Heat(to=100)], interval=2.0, **more),
+        gl.Stage(name="cool to -20 °C", loads=[*loads, Heat(to=-20)], interval=3.0, **more),
     ]
     warm = gl.Specimen(BLOCKS.grains, Thermal(material=ROCK, expansion=8e-6))
     same(Heating(to=(100, -20), held=hold, loading=rate, samples=40).stages(warm), expected)
@@ -346,12 +351,10 @@ def test_a_specimen_is_heated_and_cooled(hold, loads):
 def test_a_wave_enters_at_the_left_end(wave, axis, stress):
     """Across it the upper and lower sides are held, but for a bar."""
     sides = [] if wave is Wave.BAR else held(1 - axis, "top", "bottom")
-    more = {"name": "wave", "until": [gl.Reaches("time", 2e-5)], "interval": 1e-6, "expected": 20}
-    quiet = gl.Quiet(boundary="right")
-    undamped = {"integrator": gl.CentralDifference(damping=gl.Undamped())}
-    pushed = gl.Stage(
-        loads=[*sides, gl.Traction(boundary="left", stress=stress, factor=5e6), quiet], **more, **undamped
-    )
+    more = {"name": "wave", "until": [Reaches("time", 2e-5)], "interval": 1e-6, "expected": 20}
+    quiet = Quiet(boundary="right")
+    undamped = {"integrator": CentralDifference(damping=Undamped())}
+    pushed = gl.Stage(loads=[*sides, Traction(boundary="left", stress=stress, factor=5e6), quiet], **more, **undamped)
     test = PlaneWave(duration=2e-5, stress=5e6, wave=wave, samples=20)
     same(test.stages(BLOCKS), [pushed])
     moved = PlaneWave(duration=2e-5, velocity=0.1, wave=wave, samples=20)
@@ -369,12 +372,12 @@ def test_a_fluid_comes_before_a_test_or_with_its_confinement(ramp):
     (main,) = press.stages(BLOCKS)
 
     def fluids(time, cracks_only):
-        return [gl.FluidPressure(boundary=name, pressure=2e6, ramp=time, cracks_only=cracks_only)
+        return [FluidPressure(boundary=name, pressure=2e6, ramp=time, cracks_only=cracks_only)
                 for name in ("left", "right")]  # fmt: skip
 
     saturate = gl.Stage(
-        name="saturate", interval=ramp / 20, sample_limit=10_000, static=True, until=[gl.AtRest(1e-4)],
-        loads=[gl.Hold(boundary="top", axis=1, stress=0.0), *held(1, "bottom"), *fluids(ramp, False)],
+        name="saturate", interval=ramp / 20, sample_limit=10_000, static=True, until=[AtRest(1e-4)],
+        loads=[Hold(boundary="top", axis=1, stress=0.0), *held(1, "bottom"), *fluids(ramp, False)],
     )  # fmt: skip
     wet = attrs.evolve(main, loads=[*main.loads, *fluids(0.0, False)])
     same(Saturated(test=press, pressure=2e6, ramp=ramp).stages(BLOCKS), [saturate, wet])
@@ -393,9 +396,9 @@ def test_a_fluid_comes_before_a_test_that_does_not_begin_with_stresses_alone(fir
     (main,) = UniaxialCompression(maximum_strain=0.02, **RISES).stages(BLOCKS)
     loads = held(1, "top", "bottom")
     if first == "moves":
-        sides = [gl.Pressure(boundary=name, pressure=1e6, ramp=1e-5) for name in ("left", "right")]
+        sides = [Pressure(boundary=name, pressure=1e6, ramp=1e-5) for name in ("left", "right")]
         loads = [drive("top", 1, -0.1), *held(1, "bottom"), *sides]
-    begin = gl.Stage(name="begin", loads=loads, until=[gl.Reaches("time", 1e-5)], interval=1e-6)
+    begin = gl.Stage(name="begin", loads=loads, until=[Reaches("time", 1e-5)], interval=1e-6)
 
     class Composed(gl.LoadingProtocol):
         def stages(self, specimen):
@@ -409,4 +412,4 @@ def test_a_fluid_comes_before_a_test_that_does_not_begin_with_stresses_alone(fir
 
     stages = Saturated(test=Composed(), pressure=2e6).stages(BLOCKS)
     assert [stage.name for stage in stages] == ["saturate", "begin", main.name]
-    assert [fluid.ramp for fluid in stages[1].of(gl.FluidPressure)] == [0.0, 0.0]
+    assert [fluid.ramp for fluid in stages[1].of(FluidPressure)] == [0.0, 0.0]

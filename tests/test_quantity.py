@@ -71,7 +71,7 @@ REFUSED = {
     "CohesiveCrack: cohesion": lambda text: Linear(kn=text, ks=1),
     "rectangle: width": lambda text: rectangle(text, 1),
     "from_labels: pixel": lambda text: from_labels([[1]], text),
-    "Drive: speed": lambda text: gl.Drive(boundary="top", axis=1, speed=text),
+    "Drive: speed": lambda text: gl.loads.Drive(boundary="top", axis=1, speed=text),
     "elastic": lambda text: gl.Elastic(youngs_modulus=text, poissons_ratio=0.2, density=3000),
     "certify": lambda text: gl.within_circle((0, 0), text),
 }

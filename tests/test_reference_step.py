@@ -26,25 +26,28 @@ LAWS = {
     "closure": CohesiveCrack(**WEAK, mode_i_energy=1, mode_ii_energy=2, closure=BandisClosure(maximum_closure=5e-6)),
     "Munjiza": MunjizaJoint(**WEAK, mode_i_energy=0.5, mode_ii_energy=1.0),
 }  # fmt: skip
-DRIVES = [gl.Drive(boundary="bottom", axis=1, speed=0.0), gl.Drive(boundary="top", axis=1, speed=1.5)]
+DRIVES = [gl.loads.Drive(boundary="bottom", axis=1, speed=0.0), gl.loads.Drive(boundary="top", axis=1, speed=1.5)]
 LOADS = {
     "free": [],
     "driven": DRIVES,
-    "pressed": [*DRIVES, gl.Pressure(boundary="left", pressure=4e6)],
-    "loaded": [gl.Traction(boundary="top", stress=(1e6, 3e6, -2e6)), gl.Gravity(acceleration=(300.0, -1e4))],
+    "pressed": [*DRIVES, gl.loads.Pressure(boundary="left", pressure=4e6)],
+    "loaded": [
+        gl.loads.Traction(boundary="top", stress=(1e6, 3e6, -2e6)),
+        gl.loads.Gravity(acceleration=(300.0, -1e4)),
+    ],
 }
 #: of grains that deform alone
 SOFT = {
-    "held": [DRIVES[0], gl.Hold(boundary="top", axis=1, stress=-3e6, stiffness=1e13)],
+    "held": [DRIVES[0], gl.loads.Hold(boundary="top", axis=1, stress=-3e6, stiffness=1e13)],
     "bars": [
-        gl.BarEnd(boundary="bottom", axis=1, impedance=4e7),
-        gl.BarEnd(boundary="top", axis=1, impedance=9e7, width=0.01, stress=-30e6),
+        gl.loads.BarEnd(boundary="bottom", axis=1, impedance=4e7),
+        gl.loads.BarEnd(boundary="top", axis=1, impedance=9e7, width=0.01, stress=-30e6),
     ],
-    "quiet": [*DRIVES, gl.Quiet(boundary="left"), gl.Quiet(boundary="right")],
+    "quiet": [*DRIVES, gl.loads.Quiet(boundary="left"), gl.loads.Quiet(boundary="right")],
 }
 WHOLE = {"youngs_modulus": 60e9, "poissons_ratio": 0.25, "density": 3100}
-FLUIDS = [*DRIVES, gl.FluidPressure(boundary="left", pressure=3e6)]
-FLUIDS += [gl.FluidPressure(boundary="right", pressure=8e6, cracks_only=True)]
+FLUIDS = [*DRIVES, gl.loads.FluidPressure(boundary="left", pressure=3e6)]
+FLUIDS += [gl.loads.FluidPressure(boundary="right", pressure=8e6, cracks_only=True)]
 MATERIALS = [
     MohrCoulombPlastic(**WHOLE, tensile_strength=1e5, cohesion=3e5, friction_angle=30, dilation_angle=10),
     DruckerPrager(**WHOLE, cohesion=3e5, friction_angle=30),
@@ -54,10 +57,10 @@ MATERIALS = [
     ),
 ]  # fmt: skip
 DAMPINGS = {
-    "vibration": gl.VibrationDamping(),
-    "sway": gl.SwayDamping(coefficient=1e5),
-    "local": gl.LocalDamping(),
-    "none": gl.Undamped(),
+    "vibration": gl.integration.VibrationDamping(),
+    "sway": gl.integration.SwayDamping(coefficient=1e5),
+    "local": gl.integration.LocalDamping(),
+    "none": gl.integration.Undamped(),
 }
 STEPS = 60
 
@@ -66,12 +69,14 @@ def compared(law, loads, damping, kind=Reference, seed=1, temperature=20.0, **op
     """A specimen that is thrown apart: states of the engine and of the reference after the same steps."""
     specimen = small_sample(9, **options)
     velocity = np.random.default_rng(seed).normal(0, 1.0, (len(specimen.mesh.nodes), 2))
-    return both(specimen, law, loads, velocity, kind, gl.CentralDifference(damping=damping), temperature=temperature)
+    return both(
+        specimen, law, loads, velocity, kind, gl.integration.CentralDifference(damping=damping), temperature=temperature
+    )
 
 
 def both(specimen, law, loads, velocity, kind, integrator, time_step=4e-8, steps=STEPS, detection=None, temperature=20):
     state = state_of(specimen, law, detection)
-    impose(state, [*loads, gl.InitialVelocity(velocity=velocity)])
+    impose(state, [*loads, gl.loads.InitialVelocity(velocity=velocity)])
     state.heat.reach(temperature)
     groups = state.contacts.groups if detection else state.bonds.groups
     memory = groups[0].virgin.tolist() if detection else [0.0] * len(memory_names(law))
@@ -98,7 +103,7 @@ def assert_same(state, reference):
 
 @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 def test_laws(law):
-    state, reference = compared(law, DRIVES, gl.VibrationDamping())
+    state, reference = compared(law, DRIVES, gl.integration.VibrationDamping())
     assert_same(state, reference)
     order = state.bonds.order
     for rows, k in ((state.normal, 0), (state.shear, 1)):
@@ -116,7 +121,7 @@ def test_loads_and_dampings(loads, damping):
 
 @pytest.mark.parametrize("material", MATERIALS, ids=lambda material: type(material).__name__)
 def test_materials(material):
-    state, reference = compared(LAWS["cohesive crack"], DRIVES, gl.VibrationDamping(), material=material)
+    state, reference = compared(LAWS["cohesive crack"], DRIVES, gl.integration.VibrationDamping(), material=material)
     assert_same(state, reference)
     plastic = np.array([memory[-1] if memory else 0.0 for memory in reference.remembered])
     assert np.any(plastic > 0) == hasattr(material, "cohesion")
@@ -126,12 +131,14 @@ def test_materials(material):
 def test_heat():
     """Grains that a temperature has strained at once."""
     loads, hot = LOADS["free"], Thermal(material=ROCK, expansion=8e-6, expansion_along=3e-6, axis_angle=20)
-    assert_same(*compared(LAWS["cohesive crack"], loads, gl.VibrationDamping(), material=hot, temperature=90.0))
+    assert_same(
+        *compared(LAWS["cohesive crack"], loads, gl.integration.VibrationDamping(), material=hot, temperature=90.0)
+    )
 
 
 def test_fluids():
     """At half of the steps they enter what has broken until then."""
-    state, reference = compared(LAWS["cohesive crack"], FLUIDS, gl.VibrationDamping(), seed=4)
+    state, reference = compared(LAWS["cohesive crack"], FLUIDS, gl.integration.VibrationDamping(), seed=4)
     assert_same(state, reference)
     pressures = list(reference.wet.values())
     assert pressures.count(3e6) > 0
@@ -142,8 +149,8 @@ def test_fluids():
 def test_an_injection(cracks_only):
     """Also what it finds in a crack that it enters at half of the steps."""
     options = {"rate": 5e-3, "volume": 2e-7, "pressure": 2e6, "cracks_only": cracks_only}
-    loads = [*DRIVES, gl.Injection(boundary="left", **options)]
-    state, reference = compared(LAWS["cohesive crack"], loads, gl.VibrationDamping(), seed=4)
+    loads = [*DRIVES, gl.loads.Injection(boundary="left", **options)]
+    state, reference = compared(LAWS["cohesive crack"], loads, gl.integration.VibrationDamping(), seed=4)
     assert_same(state, reference)
     found = state.pumped
     assert found["injection_pressure"] == pytest.approx(reference.pressure, rel=1e-9)
@@ -155,7 +162,7 @@ def test_an_injection(cracks_only):
 
 @pytest.mark.parametrize("points", [gl.EndPoints(), gl.GaussPoints()], ids=repr)
 def test_contact_points(points):
-    assert_same(*compared(LAWS["linear"], LOADS["free"], gl.Undamped(), contact_points=points))
+    assert_same(*compared(LAWS["linear"], LOADS["free"], gl.integration.Undamped(), contact_points=points))
 
 
 @pytest.mark.parametrize("loads", LOADS.values(), ids=LOADS)
@@ -189,7 +196,12 @@ def test_contacts_without_a_bond(law, dashpots, material, seed):
     """Corners that dig into edges, faces that slide on each other, and part."""
     specimen, velocity = thrown(seed, material)
     kind = RigidReference if specimen.is_rigid else Reference
-    motion = gl.CentralDifference(damping=gl.Undamped()), 1e-7, 1500, gl.Detection(damping=dashpots)
+    motion = (
+        gl.integration.CentralDifference(damping=gl.integration.Undamped()),
+        1e-7,
+        1500,
+        gl.Detection(damping=dashpots),
+    )
     state, reference = both(specimen, FACES[law], [], velocity, kind, *motion)
     place = np.array([[z.real, z.imag] for z in reference.u])
     assert np.abs(state.displacement - place).max() <= 1e-12 * np.abs(place).max()
@@ -199,5 +211,5 @@ def test_contacts_without_a_bond(law, dashpots, material, seed):
 
 def test_contacts_have_broken_meanwhile():
     """Otherwise the laws would not have been asked for much."""
-    state, _ = compared(LAWS["cohesive crack"], DRIVES, gl.VibrationDamping())
+    state, _ = compared(LAWS["cohesive crack"], DRIVES, gl.integration.VibrationDamping())
     assert 5 < np.count_nonzero(state.memory("damage") >= 1) < len(state.broken_time)

@@ -34,13 +34,16 @@ class Pull(gl.LoadingProtocol):
 
     upper: str
     lower: str
-    integrator: gl.Integrator = gl.CentralDifference(damping=gl.Undamped())
+    integrator: gl.integration.Integrator = gl.integration.CentralDifference(damping=gl.integration.Undamped())
 
     def stages(self, specimen):
         height = np.ptp(specimen.grains.region.bounds[:, 1])
-        drives = [gl.Drive(boundary=self.upper, axis=1, speed=0.05), gl.Drive(boundary=self.lower, axis=1, speed=0)]
-        drives += [gl.Drive(boundary=name, axis=0, speed=0) for name in (self.upper, self.lower)]
-        end = gl.Reaches("displacement", 1e-4 * height)
+        drives = [
+            gl.loads.Drive(boundary=self.upper, axis=1, speed=0.05),
+            gl.loads.Drive(boundary=self.lower, axis=1, speed=0),
+        ]
+        drives += [gl.loads.Drive(boundary=name, axis=0, speed=0) for name in (self.upper, self.lower)]
+        end = gl.conditions.Reaches("displacement", 1e-4 * height)
         return [gl.Stage(name="pull", loads=drives, until=[end], interval=1e-5)]
 
     def measure(self, state):

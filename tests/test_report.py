@@ -140,7 +140,7 @@ class Part:
     pair: tuple = (1, 2)
     plane: gl.Plane = gl.Plane.STRAIN
     words: str = "words"
-    inner: gl.LocalDamping = gl.LocalDamping(fraction=0.5)
+    inner: gl.integration.LocalDamping = gl.integration.LocalDamping(fraction=0.5)
     own: int = attrs.field(default=7, init=False)
 
 
@@ -380,8 +380,11 @@ def test_a_test_of_ones_own_has_its_columns_drawn(tmp_path):
     @attrs.frozen(kw_only=True)
     class Pull(gl.LoadingProtocol):
         def stages(self, specimen):
-            drives = [gl.Drive(boundary="top", axis=1, speed=0.1), gl.Drive(boundary="bottom", axis=1, speed=0)]
-            return [gl.Stage(name="pull", loads=drives, until=[gl.Reaches("time", 1e-5)], interval=1e-6)]
+            drives = [
+                gl.loads.Drive(boundary="top", axis=1, speed=0.1),
+                gl.loads.Drive(boundary="bottom", axis=1, speed=0),
+            ]
+            return [gl.Stage(name="pull", loads=drives, until=[gl.conditions.Reaches("time", 1e-5)], interval=1e-6)]
 
         def measure(self, state):
             return {"force": state.reaction("top")[1]}

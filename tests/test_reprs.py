@@ -12,15 +12,17 @@ import pytest
 from support import BRITTLE, HILLERBORG, PULL, ROCK, STIFF, STRONG, offenders, small_sample
 
 import grainlaw as gl
-from grainlaw import geometry, laws, protocols
+from grainlaw import geometry, laws
 from grainlaw.arguments import Checked
 from grainlaw.engine.model import Model
 from grainlaw.messages import refusal, short
+from grainlaw.runs.elastic_properties import ElasticProperties
 from grainlaw.runs.identity import digest
 from grainlaw.runs.record import described_run
 from grainlaw.short_form import MOST, MOST_OF_LAW, _listed, _other
+from grainlaw.workbench.conformance import Entry, Report
 
-PACKAGES = (gl, laws, geometry, protocols)
+PACKAGES = (gl, *(getattr(gl, name) for name in gl.MODULES))
 EXPORTED = sorted(
     {each for package in PACKAGES for name in package.__all__ if isinstance(each := getattr(package, name), Checked)},
     key=lambda each: each.__name__,
@@ -53,7 +55,7 @@ def page(thing):
 
 
 #: what prints as a line or a table of its own, which is made of its content
-OWN = (gl.Study, gl.ElasticProperties)
+OWN = (gl.Study, ElasticProperties)
 
 
 @pytest.mark.thorough
@@ -146,7 +148,7 @@ def test_what_was_stopped_or_has_nothing_prints_too(result):
 
 
 def test_a_report_prints_its_verdict():
-    report = gl.Report("Mine", (gl.Entry("energy", False, "made"), gl.Entry("memory", True)))
+    report = Report("Mine", (Entry("energy", False, "made"), Entry("memory", True)))
     assert repr(report) == "Report(law: Mine, verdict: fails energy, properties: 2)"
     assert "<th>energy</th><td>fails</td><td>made</td>" in page(report)
 
@@ -277,5 +279,5 @@ def test_a_class_keeps_its_docstring_in_another_process():
 def test_a_notebook_offers_public_names_only(package):
     modules = {name for name in dir(package) if isinstance(getattr(package, name), types.ModuleType)}
     assert set(package.__all__) <= set(dir(package))
-    assert modules <= {"geometry", "laws", "materials", "protocols", "units"}
+    assert modules <= {*gl.MODULES, "units"}
     assert set(dir(package)) - set(package.__all__) - modules <= {"__version__"}

@@ -13,6 +13,7 @@ from test_determinism import PAIRS, SOFT, several_minerals, varied
 
 import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle, together
+from grainlaw.integration import DynamicRelaxation, KineticRelaxation
 from grainlaw.laws import BandisClosure, CohesiveCrack, Friction, MunjizaJoint, StaticFatigue
 from grainlaw.protocols import (
     BiaxialCompression,
@@ -57,7 +58,7 @@ AGEING = StaticFatigue(law=SOUND, rate=1.0)
 CASES = {
     "contacts after failure": (small_sample(), WEAK, CRUSH, {}),
     "rigid grains": (small_sample(material=gl.Rigid(density=3100)), WEAK, PULL, {}),
-    "adaptive relaxation": (small_sample(), WEAK, PULL, {"integrator": gl.DynamicRelaxation()}),
+    "adaptive relaxation": (small_sample(), WEAK, PULL, {"integrator": DynamicRelaxation()}),
     "pressure": (
         small_sample(), WEAK,
         BiaxialCompression(confinement=2 * MPa, loading=gl.Constant(speed=0.5), maximum_strain=0.003, samples=30), {},
@@ -71,7 +72,7 @@ CASES = {
     "a closure that stiffens": (small_sample(), JOINT, CRUSH, {"detection": gl.Detection(damping=0.2)}),
     "kinetic relaxation, scaled masses": (
         small_sample(), WEAK, PULL,
-        {"mass_scaling": 3, "integrator": gl.DynamicRelaxation(relaxation=gl.KineticRelaxation())},
+        {"mass_scaling": 3, "integrator": DynamicRelaxation(relaxation=KineticRelaxation())},
     ),
     "several stages": (small_sample(), WEAK, Cyclic(test=PULL, levels=(1e-4, 2e-4)), {}),
     "minerals": (several_minerals({0: small_sample().material, 1: SOFT}), PAIRS, PULL, {}),

@@ -21,6 +21,7 @@ from test_restart import same
 
 import grainlaw as gl
 from grainlaw.cli.running import contents, finished, linked
+from grainlaw.integration import CentralDifference
 from grainlaw.laws import CohesiveCrack
 from grainlaw.protocols import UniaxialTension
 from grainlaw.results import files
@@ -116,7 +117,7 @@ def test_the_key_follows_what_decides_the_results_and_nothing_else(tmp_path):
         key(specimen=small_sample(seed=2)),
         key(protocol=UniaxialTension(loading=gl.Constant(speed=0.31), maximum_strain=1e-4)),
         key(law=CohesiveCrack(**STRONG, mode_i_energy=1.6, mode_ii_energy=3)), key(frames=3), key(detection=None),
-        key(specimen=small_sample(material=gl.Rigid(density=3100))), key(integrator=gl.CentralDifference(safety=0.5)),
+        key(specimen=small_sample(material=gl.Rigid(density=3100))), key(integrator=CentralDifference(safety=0.5)),
     ]  # fmt: skip
     assert len({first, *others}) == len(others) + 1
 

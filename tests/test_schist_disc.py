@@ -79,10 +79,10 @@ class Squeeze(gl.LoadingProtocol):
     def stages(self, specimen):
         ends = [("top", 0), ("bottom", 0), ("bottom", 1)]
         press = gl.Stage(
-            name="press", static=True, interval=1e-9, until=[gl.Reaches("time", 1e-12)],
+            name="press", static=True, interval=1e-9, until=[gl.conditions.Reaches("time", 1e-12)],
             loads=[
-                *(gl.Pressure(boundary=end, pressure=PRESSURE) for end in ("top", "bottom")),
-                *(gl.Drive(boundary=end, axis=axis, speed=0.0, roller=True) for end, axis in ends),
+                *(gl.loads.Pressure(boundary=end, pressure=PRESSURE) for end in ("top", "bottom")),
+                *(gl.loads.Drive(boundary=end, axis=axis, speed=0.0, roller=True) for end, axis in ends),
             ],
         )  # fmt: skip
         return [press]

@@ -313,7 +313,7 @@ def test_how_often_all_neighbours_are_searched_changes_no_bit(seed):
     for each_step in (False, True):
         specimen, velocity = thrown(seed, RIGID)
         state = state_of(specimen, Friction(kn=1e12, ks=6e11, friction_angle=30), gl.Detection())
-        impose(state, [gl.InitialVelocity(velocity=velocity)])
+        impose(state, [gl.loads.InitialVelocity(velocity=velocity)])
         for _ in range(1500):
             advance(state, 1, 1e-7)
             if each_step:
@@ -330,7 +330,7 @@ def crushed():
     test = UniaxialCompression(
         loading=gl.Constant(speed=2, ramp=1e-5), maximum_strain=0.06, stop_fraction=0, samples=300
     )
-    local = gl.CentralDifference(damping=gl.LocalDamping())  # pieces stay together
+    local = gl.integration.CentralDifference(damping=gl.integration.LocalDamping())  # pieces stay together
     result = gl.simulate(rock, MohrCoulomb(**STRONG), test, integrator=local)
     assert max(len(frame.contacts["opening"]) for frame in result.frames) > 5
     return result.curves

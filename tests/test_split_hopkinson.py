@@ -154,8 +154,11 @@ def test_an_end_of_a_bar_is_as_a_meshed_bar(width):
             (stage,) = super().stages(specimen)
             known = {"axis": 0, "impedance": OF_BARS, "width": width}
             presses = gl.pulse(SIZE, rise=20e-6)  # at the left along x
-            ends = [gl.BarEnd(boundary="left", stress=presses, **known), gl.BarEnd(boundary="right", **known)]
-            return [attrs.evolve(stage, loads=[*stage.of(gl.Drive), *ends])]
+            ends = [
+                gl.loads.BarEnd(boundary="left", stress=presses, **known),
+                gl.loads.BarEnd(boundary="right", **known),
+            ]
+            return [attrs.evolve(stage, loads=[*stage.of(gl.loads.Drive), *ends])]
 
         def measure(self, state):
             return {"stress": -state.reaction("right")[0] / (width or size)}
@@ -255,7 +258,7 @@ def test_a_file_puts_a_disc_between_bars():
     wave = gl.TimeSeries([0, 150e-6], [0, -60e6])
     assert made.protocol == SplitHopkinson(test=Brazilian(), wave=wave, width=50e-3)
     assert configured("split-hopkinson", made.sections, quick=True).protocol == made.protocol
-    assert [end.boundary for end in made.protocol.stages(made.specimen)[0].of(gl.BarEnd)] == ["top", "bottom"]
+    assert [end.boundary for end in made.protocol.stages(made.specimen)[0].of(gl.loads.BarEnd)] == ["top", "bottom"]
 
 
 @pytest.fixture(scope="module")
@@ -283,24 +286,24 @@ def test_bars_stand_where_the_test_moves_and_holds(moving):
     press = UniaxialCompression(platens=Platens.ROUGH, moving=moving)
     (stage,) = SplitHopkinson(test=press, wave=-5e6, width=0.03).stages(small_sample())
     known = {"axis": 1, "impedance": OF_BARS, "width": 0.03}
-    assert stage.of(gl.BarEnd) == [
-        gl.BarEnd(boundary="top", stress=-5e6, **known), gl.BarEnd(boundary="bottom", stress=0.0, **known)
+    assert stage.of(gl.loads.BarEnd) == [
+        gl.loads.BarEnd(boundary="top", stress=-5e6, **known), gl.loads.BarEnd(boundary="bottom", stress=0.0, **known)
     ]  # fmt: skip
-    assert {(drive.boundary, drive.axis, drive.speed) for drive in stage.of(gl.Drive)} == {
+    assert {(drive.boundary, drive.axis, drive.speed) for drive in stage.of(gl.loads.Drive)} == {
         ("top", 0, 0.0), ("bottom", 0, 0.0)
     }  # fmt: skip
-    assert stage.moved_by.damping == gl.Undamped()
+    assert stage.moved_by.damping == gl.integration.Undamped()
 
 
 def test_it_ends_at_the_failure_where_its_test_does():
     press = UniaxialCompression(until=gl.Until.FAILURE)
     (stage,) = SplitHopkinson(test=press, duration=1e-3).stages(small_sample())
-    assert stage.until == [gl.Reaches("time", 1e-3), gl.Fails("stress", "strain")]
+    assert stage.until == [gl.conditions.Reaches("time", 1e-3), gl.conditions.Fails("stress", "strain")]
 
 
 def test_two_supports_share_a_bar():
     (stage,) = SplitHopkinson(test=SemiCircularBend(), width=0.03).stages(HALF)
-    ends = stage.of(gl.BarEnd)
+    ends = stage.of(gl.loads.BarEnd)
     assert [end.boundary for end in ends] == ["load", "support_left", "support_right"]
     assert [end.width for end in ends] == [0.03, 0.015, 0.015]
     assert all(end.roller for end in ends)
@@ -321,7 +324,7 @@ def test_waves_between_bars_are_the_same_for_any_number_of_threads():
 def test_bars_of_any_stiffness_leave_the_stable_step_as_it_is(modulus):
     """The dashpot acts on the mean velocity of a step. With the whole stable step the ledger closes."""
     specimen, law = column(4)
-    whole = gl.CentralDifference(damping=gl.Undamped(), safety=1.0)
+    whole = gl.integration.CentralDifference(damping=gl.integration.Undamped(), safety=1.0)
     wave = gl.pulse(-SIZE, rise=5e-6)
     test = SplitHopkinson(wave=wave, youngs_modulus=modulus, duration=20e-6, samples=50, integrator=whole)
     result = gl.simulate(specimen, law, test, frames=1)
@@ -334,9 +337,12 @@ def test_bars_of_any_stiffness_leave_the_stable_step_as_it_is(modulus):
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: gl.BarEnd(boundary="top", axis=1, impedance=0.0), "BarEnd: impedance = 0 Pa s/m is not allowed"),
-        (lambda: gl.BarEnd(boundary="top", axis=2, impedance=4e7), "BarEnd: axis = 2"),
-        (lambda: gl.BarEnd(boundary="top", axis=1, impedance=4e7, width=-1.0), "BarEnd: width = -1.0 m is not allowed"),
+        (lambda: gl.loads.BarEnd(boundary="top", axis=1, impedance=0.0), "BarEnd: impedance = 0 Pa s/m is not allowed"),
+        (lambda: gl.loads.BarEnd(boundary="top", axis=2, impedance=4e7), "BarEnd: axis = 2"),
+        (
+            lambda: gl.loads.BarEnd(boundary="top", axis=1, impedance=4e7, width=-1.0),
+            "BarEnd: width = -1.0 m is not allowed",
+        ),
         (lambda: SplitHopkinson(width=0.0), "SplitHopkinson: width = 0.0 m is not allowed"),
         (lambda: SplitHopkinson(test=SplitHopkinson()), "SplitHopkinson: test = .* another test"),
         (lambda: SplitHopkinson(wave="fast"), "SplitHopkinson: wave = 'fast' is not allowed"),
@@ -345,8 +351,8 @@ def test_bars_of_any_stiffness_leave_the_stable_step_as_it_is(modulus):
         (lambda: SplitHopkinson(test=Brazilian()).stages(small_sample()), "the specimen is no disc"),
         (lambda: gl.pulse(1.0, rise=0.0), "pulse: rise = 0.0 s is not allowed"),
         (lambda: _stage(static=True), "a static stage has no waves"),
-        (lambda: _stage(gl.Drive(boundary="top", axis=1, speed=1.0)), "'top' is the end of a bar and is driven"),
-        (lambda: _stage(gl.Quiet(boundary="top")), "is quiet and has a platen under a force"),
+        (lambda: _stage(gl.loads.Drive(boundary="top", axis=1, speed=1.0)), "'top' is the end of a bar and is driven"),
+        (lambda: _stage(gl.loads.Quiet(boundary="top")), "is quiet and has a platen under a force"),
         (lambda: state_of(small_sample(), Linear(**STIFF)).check(_stage(boundary="lid")), "BarEnd: boundary = 'lid'"),
     ],
 )
@@ -356,8 +362,10 @@ def test_bad_values_are_refused(make, words):
 
 
 def _stage(*more, boundary="top", static=False):
-    end = gl.BarEnd(boundary=boundary, axis=1, impedance=4e7)
-    return gl.Stage(name="s", loads=[end, *more], until=[gl.Reaches("time", 1.0)], interval=1e-6, static=static)
+    end = gl.loads.BarEnd(boundary=boundary, axis=1, impedance=4e7)
+    return gl.Stage(
+        name="s", loads=[end, *more], until=[gl.conditions.Reaches("time", 1.0)], interval=1e-6, static=static
+    )
 
 
 def test_a_pulse_rises_holds_and_falls():

@@ -36,7 +36,9 @@ class Confinement(gl.LoadingProtocol):
         return BiaxialCompression(confinement=self.confinement)
 
     def stages(self, specimen):
-        return [attrs.evolve(self.test.stages(specimen)[0], static=self.static, until=[gl.AtRest(self.rest)])]
+        return [
+            attrs.evolve(self.test.stages(specimen)[0], static=self.static, until=[gl.conditions.AtRest(self.rest)])
+        ]
 
     def measure(self, state):
         return self.test.measure(state)
@@ -66,8 +68,8 @@ def test_a_column_is_as_long_as_theory_says():
 
 
 @pytest.mark.parametrize("loads", [
-    [gl.Pressure(boundary=side, pressure=1 * MPa) for side in ("top", "bottom")],
-    [gl.Traction(boundary=side, stress=(0, -1 * MPa, 0)) for side in ("top", "bottom")],
+    [gl.loads.Pressure(boundary=side, pressure=1 * MPa) for side in ("top", "bottom")],
+    [gl.loads.Traction(boundary=side, stress=(0, -1 * MPa, 0)) for side in ("top", "bottom")],
 ])  # fmt: skip
 def test_of_the_work_of_a_load_at_once_half_is_stored_and_half_is_lost(loads):
     class AtOnce(Confinement):
@@ -87,15 +89,15 @@ class Weight(gl.LoadingProtocol):
 
     static: bool = True
     gravity: float = 9.81  #: m/s2, downwards
-    until: gl.Condition = gl.AtRest(1e-6)
+    until: gl.conditions.Condition = gl.conditions.AtRest(1e-6)
 
     def stages(self, specimen):
-        floor = gl.Drive(boundary="bottom", axis=1, speed=0.0)
+        floor = gl.loads.Drive(boundary="bottom", axis=1, speed=0.0)
         return [
             gl.Stage(
-                name="weigh", loads=[floor, gl.Gravity(acceleration=(0, -self.gravity))],
+                name="weigh", loads=[floor, gl.loads.Gravity(acceleration=(0, -self.gravity))],
                 until=[self.until], interval=1e-3,
-                static=self.static, integrator=gl.DynamicRelaxation(),
+                static=self.static, integrator=gl.integration.DynamicRelaxation(),
             )
         ]  # fmt: skip
 
@@ -178,7 +180,10 @@ def test_a_weight_comes_to_rest_where_motion_would_bring_it(material):
 
 def test_a_weight_that_breaks_bonds_comes_in_motion():
     """A column that falls upwards, from a floor that it adheres to by too little."""
-    weak, up = attrs.evolve(SOFT, tensile_strength=0.1 * MPa), Weight(gravity=-GRAVITY, until=gl.Reaches("time", 5e-3))
+    weak, up = (
+        attrs.evolve(SOFT, tensile_strength=0.1 * MPa),
+        Weight(gravity=-GRAVITY, until=gl.conditions.Reaches("time", 5e-3)),
+    )
     runs = [gl.simulate(column(4), weak, attrs.evolve(up, static=static)) for static in (True, False)]
     assert len(runs[0].cracks) > 0
     assert runs[0].summary.pop("without_static_solution") == 1
@@ -192,9 +197,9 @@ def test_any_number_of_threads_gives_the_same_bits():
 
 
 def test_a_static_stage_moves_nothing_at_a_speed():
-    pull = gl.Drive(boundary="top", axis=1, speed=0.1)
+    pull = gl.loads.Drive(boundary="top", axis=1, speed=0.1)
     with pytest.raises(gl.ParameterError, match="Stage 'pull': static is for gravity, platens"):
-        gl.Stage(name="pull", loads=[pull], until=[gl.AtRest()], interval=1e-4, static=True)
+        gl.Stage(name="pull", loads=[pull], until=[gl.conditions.AtRest()], interval=1e-4, static=True)
 
 
 @pytest.mark.parametrize("reason", ["moves", "no bonds", "a law without cohesion", "touches", "stiffens"])
@@ -223,7 +228,7 @@ def test_a_specimen_that_nothing_holds_neither_drifts_nor_turns():
     class Free(Confinement):
         def stages(self, specimen):
             (stage,) = super().stages(specimen)
-            loads = [gl.Pressure(boundary=side, pressure=1 * MPa, ramp=1e-9) for side in specimen.mesh.boundaries]
+            loads = [gl.loads.Pressure(boundary=side, pressure=1 * MPa, ramp=1e-9) for side in specimen.mesh.boundaries]
             return [attrs.evolve(stage, loads=loads)]
 
         def measure(self, state):
@@ -246,8 +251,8 @@ def test_the_steady_motion_of_a_driven_column_is_that_of_springs_in_series(mater
     width, height, speed, kn = 10 * mm, 10 * mm, 3.0, 6e12
     specimen = gl.Specimen(Bricks(rows=4, columns=1).tessellate(rectangle(width, 4 * height)), material)
     state = state_of(specimen, MohrCoulomb(**STRONG | {"kn": kn, "ks": 1e13}))
-    drives = [gl.Drive(boundary=name, axis=1, speed=each) for name, each in (("bottom", 0.0), ("top", speed))]
-    state.begin(gl.Stage(name="pull", loads=drives, until=[gl.Reaches("time", 1.0)], interval=1e-6))
+    drives = [gl.loads.Drive(boundary=name, axis=1, speed=each) for name, each in (("bottom", 0.0), ("top", speed))]
+    state.begin(gl.Stage(name="pull", loads=drives, until=[gl.conditions.Reaches("time", 1.0)], interval=1e-6))
     step = StableStep(state)
     field, stiffness = steady_motion(state, step.stiffness(), step.frequency), step.stiffness()
     of_grain = 0.0 if specimen.is_rigid else height / ROCK.youngs_modulus  # m/Pa

@@ -36,7 +36,7 @@ def test_a_stage_fails_by_its_own_deformation_and_damage():
 
     def fails(samples, damaged, stage=1.0, after=0.0):
         columns = {"load": load, "way": way + after, "damaged": damaged * np.ones(1021), "stage": np.full(1021, stage)}
-        return gl.Fails("load", "way").progress({name: column[:samples] for name, column in columns.items()})
+        return gl.conditions.Fails("load", "way").progress({name: column[:samples] for name, column in columns.items()})
 
     cracks = np.append(np.full(1000, 7.0), np.full(21, 8.0))
     assert [fails(samples, cracks) for samples in (1005, 1021)] == [0, 1]
@@ -238,7 +238,7 @@ def test_a_balance_that_was_asked_for_and_not_had_is_a_doubt():
 def test_a_largest_stress_above_the_strength_is_a_doubt():
     """120 grains under 5 MPa: a fall by 4 % at 191 MPa, then columns of grains that interlock."""
     grains = Voronoi(grains=120, seed=1).tessellate(rectangle(20e-3, 50e-3))
-    local = gl.CentralDifference(damping=gl.LocalDamping())
+    local = gl.integration.CentralDifference(damping=gl.integration.LocalDamping())
     result = gl.simulate(gl.Specimen(grains, ROCK), BRITTLE, BiaxialCompression(confinement=5 * MPa), integrator=local)
     assert result.summary["strength"] == pytest.approx(191.1 * MPa, rel=0.01)
     if result.summary["largest_stress"] > 1.01 * result.summary["strength"]:  # what is left is chaotic

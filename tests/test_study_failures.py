@@ -47,9 +47,9 @@ def failing(kind, seed=0):
 @attrs.frozen(kw_only=True)
 class Endless(gl.LoadingProtocol):
     def stages(self, specimen):
-        press = gl.Drive(boundary="top", axis=1, speed=-0.1)
-        hold = gl.Drive(boundary="bottom", axis=1, speed=0.0)
-        return [gl.Stage(name="wait", loads=[press, hold], until=[gl.Reaches("time", 1.0)], interval=1e-6,
+        press = gl.loads.Drive(boundary="top", axis=1, speed=-0.1)
+        hold = gl.loads.Drive(boundary="bottom", axis=1, speed=0.0)
+        return [gl.Stage(name="wait", loads=[press, hold], until=[gl.conditions.Reaches("time", 1.0)], interval=1e-6,
                          sample_limit=3)]  # fmt: skip
 
     def measure(self, state):
@@ -458,7 +458,7 @@ def test_a_class_of_ones_own_is_known_by_what_it_is_not_by_its_file(tmp_path, mo
 
 
 def test_a_worker_says_what_it_does_in_a_file_of_its_own(tmp_path, monkeypatch):
-    stage = gl.Stage(name="pull", loads=[], until=[gl.AtRest()], interval=1.0)
+    stage = gl.Stage(name="pull", loads=[], until=[gl.conditions.AtRest()], interval=1.0)
     with watching(str(tmp_path), "abc") as [watch]:
         [file] = tmp_path.iterdir()
         assert (file.name, file.read_text()) == (f"abc.{os.getpid()}", "")

@@ -42,7 +42,7 @@ def heated(specimen, held, law=STRONG, to=20 + WARMER, test=None, **options):
 def per_kelvin(specimen, law, drives=()):
     """(i, 2) m/K of the nodes, of the static solution that a stage begins with."""
     state = state_of(specimen, law)
-    state.begin(gl.Stage(name="heat", loads=[*drives, gl.Heat(to=21)], loading=SLOW, interval=0.1, expected=10))
+    state.begin(gl.Stage(name="heat", loads=[*drives, gl.loads.Heat(to=21)], loading=SLOW, interval=0.1, expected=10))
     stable = StableStep(state)
     return state.grains.nodes_at(steady_motion(state, stable.stiffness(), stable.frequency)).T
 
@@ -77,7 +77,7 @@ class Resting(gl.LoadingProtocol):
     """Nothing is imposed."""
 
     def stages(self, specimen):
-        return [gl.Stage(name="rest", until=[gl.Reaches("time", 1e-4)], interval=1e-5)]
+        return [gl.Stage(name="rest", until=[gl.conditions.Reaches("time", 1e-4)], interval=1e-5)]
 
     def measure(self, state):
         return {}
@@ -199,7 +199,7 @@ def test_what_expands_freely_does_not_vibrate():
 def test_only_what_breaks_in_a_stage_ends_it():
     """The load vibrates while it begins, in a sample that heat has cracked; then it falls because a contact breaks."""
     curves = {"load": np.array([1.0, 0.2, 2.0, 0.5]), "shear_cracks": np.zeros(4), "stage": np.ones(4)}
-    fails = gl.FailsTo("load", 0.5)
+    fails = gl.conditions.FailsTo("load", 0.5)
 
     def after(samples, cracks):
         return fails.progress({name: column[:samples] for name, column in {**curves, "tensile_cracks": cracks}.items()})
@@ -307,8 +307,8 @@ def test_the_force_of_own_stresses_by_hand():
     material, change = Thermal(material=PLANE_STRESS, expansion=ALPHA), 10.0
     specimen = gl.Specimen(Bricks(rows=1, columns=1).tessellate(rectangle(10e-3, 10e-3)), material)
     state = state_of(specimen, HARD)
-    ground = [gl.Drive(boundary="bottom", axis=k, speed=0.0, roller=k == 0) for k in (1, 0)]
-    loads = [*ground, gl.Heat(to=20 + change)]
+    ground = [gl.loads.Drive(boundary="bottom", axis=k, speed=0.0, roller=k == 0) for k in (1, 0)]
+    loads = [*ground, gl.loads.Heat(to=20 + change)]
     stage = gl.Stage(name="heat", loads=loads, loading=SLOW, interval=change / 10, expected=10)
     state.begin(stage)
     state.change_time_step(1e-8)
@@ -335,8 +335,8 @@ class Swaying(gl.LoadingProtocol):
     velocity: np.ndarray = attrs.field(eq=False)
 
     def stages(self, specimen):
-        loads = [gl.Drive(boundary="bottom", axis=k, speed=0.0) for k in (0, 1)]
-        loads += [gl.Heat(to=21), gl.InitialVelocity(velocity=self.velocity)]
+        loads = [gl.loads.Drive(boundary="bottom", axis=k, speed=0.0) for k in (0, 1)]
+        loads += [gl.loads.Heat(to=21), gl.loads.InitialVelocity(velocity=self.velocity)]
         rate = gl.HeatingRate(rate=1 / 4e-4)
         return [gl.Stage(name="heat", loads=loads, loading=rate, interval=0.01, expected=100)]
 
@@ -399,12 +399,18 @@ class Flat(gl.Material):
         (lambda: Heating(to=60, test=Heating(to=80)), "Heating: test"),
         (lambda: Heating(to=60, test=ELASTIC), "Heating: test"),
         (lambda: Heating(to="hot"), "Heating: to = 'hot'"),
-        (lambda: gl.Stage(name="heat", loads=[gl.Heat(to=60)], interval=1.0), "it must be one in K/s without a ramp"),
-        (lambda: gl.Heat(to=-300), "Heat: to = -300 degC"),
-        (lambda: heated(small_sample(grains=2), Held.BOTTOM), "no material of the specimen depends on the temperature"),
-        (lambda: gl.Heat(to=1001).check_specimen(one_grain(Thermal(material=ELASTIC, expansion=QUARTZ))), "to 1000 °C"),
         (
-            lambda: gl.Heat(to=19).check_specimen(one_grain(Thermal(material=ELASTIC, expansion=QUARTZ))),
+            lambda: gl.Stage(name="heat", loads=[gl.loads.Heat(to=60)], interval=1.0),
+            "it must be one in K/s without a ramp",
+        ),
+        (lambda: gl.loads.Heat(to=-300), "Heat: to = -300 degC"),
+        (lambda: heated(small_sample(grains=2), Held.BOTTOM), "no material of the specimen depends on the temperature"),
+        (
+            lambda: gl.loads.Heat(to=1001).check_specimen(one_grain(Thermal(material=ELASTIC, expansion=QUARTZ))),
+            "to 1000 °C",
+        ),
+        (
+            lambda: gl.loads.Heat(to=19).check_specimen(one_grain(Thermal(material=ELASTIC, expansion=QUARTZ))),
             "20 to 1000 °C",
         ),
         pytest.param(
@@ -429,7 +435,7 @@ def test_what_makes_no_heating_is_refused(make, words):
 def test_a_temperature_that_a_material_does_not_know_is_named(low, high, to, words):
     rock = Thermal(material=ELASTIC, expansion=ExpansionTable([low, high], [0, 1e-3]), reference=low)
     with pytest.raises(gl.ParameterError) as refused:
-        gl.Heat(to=to).check_specimen(one_grain(rock))
+        gl.loads.Heat(to=to).check_specimen(one_grain(rock))
     assert str(refused.value).startswith(f"Heat: to = {to} °C is not allowed: Thermal(")
     assert str(refused.value).endswith(words)
 

@@ -89,7 +89,7 @@ def test_what_makes_no_shock_is_refused(make, words):
 def test_all_boundaries_are_cooled_unless_some_are_named():
     for named, cooled in [((), {"bottom", "left", "right", "top"}), (("left",), {"left"})]:
         shock = ThermalShock(hot=60, duration=1.0, boundaries=named).stages(strip())[-1]
-        assert {load.boundary for load in shock.of(gl.FixedTemperature)} == cooled
+        assert {load.boundary for load in shock.of(gl.loads.FixedTemperature)} == cooled
 
 
 def test_the_summary_by_hand():

@@ -218,7 +218,10 @@ def test_steps_in_turns_are_the_steps_at_once():
         state = state_of(small_sample(12), BRITTLE)
         impose(
             state,
-            [gl.Drive(boundary="top", axis=1, speed=-0.5, ramp=1e-6), gl.Drive(boundary="bottom", axis=1, speed=0)],
+            [
+                gl.loads.Drive(boundary="top", axis=1, speed=-0.5, ramp=1e-6),
+                gl.loads.Drive(boundary="bottom", axis=1, speed=0),
+            ],
         )
         advance(state, 8, 1e-7, threads=threads)
         states.append(state)

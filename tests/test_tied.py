@@ -23,7 +23,7 @@ from grainlaw.protocols import UniaxialCompression, UniaxialTension
 from grainlaw.runs.record import described_run
 from grainlaw.units import mm
 
-UNDAMPED = gl.CentralDifference(damping=gl.Undamped())
+UNDAMPED = gl.integration.CentralDifference(damping=gl.integration.Undamped())
 GLUE = Linear(kn=2e14, ks=1e14)
 BLOCK = Voronoi(grain_size=3 * mm, seed=2).tessellate(rectangle(20 * mm, 20 * mm))
 

@@ -13,14 +13,14 @@ from hypothesis import strategies as st
 from support import ROCK, STIFF
 
 import grainlaw as gl
-from grainlaw.condition import AtRest
+from grainlaw.conditions import AtRest
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import Linear
 from grainlaw.protocols import Cyclic, PlaneWave, UniaxialCompression
 from grainlaw.time_series import rise
 
 TRIANGLE = gl.TimeSeries([0, 2e-6, 4e-6], [0.0, 0.5, 0.0])
-NEVER = gl.Reaches("time", 1.0)
+NEVER = gl.conditions.Reaches("time", 1.0)
 
 
 @attrs.frozen(kw_only=True)
@@ -29,11 +29,13 @@ class Moves(gl.LoadingProtocol):
 
     speed: object
     lasts: float = 6e-6
-    kind: type = gl.Drive
+    kind: type = gl.loads.Drive
 
     def stages(self, specimen):
-        imposed = gl.Drive(boundary="top", axis=1, speed=self.speed)
-        return [gl.Stage(name="move", loads=[imposed], until=[gl.Reaches("time", self.lasts)], interval=1e-7)]
+        imposed = gl.loads.Drive(boundary="top", axis=1, speed=self.speed)
+        return [
+            gl.Stage(name="move", loads=[imposed], until=[gl.conditions.Reaches("time", self.lasts)], interval=1e-7)
+        ]
 
     def measure(self, state):
         return {"moved": float(state.displacement[state.mesh.boundaries["top"], 1].mean()), "exact": state.time}
@@ -118,7 +120,7 @@ def test_integral_of_a_series_is_that_of_its_lines(steps, values, ends):
 @given(st.integers(1, 40), st.floats(1e-3, 1))
 def test_means_over_steps_add_up(count, step):
     series = gl.TimeSeries([0, 0.3, 0.3, 2.0, 7.0], [1.0, 5.0, -2.0, 3.0, 3.0])
-    drive = gl.Drive(boundary="top", axis=1, speed=series)
+    drive = gl.loads.Drive(boundary="top", axis=1, speed=series)
     end = step * (1 + np.arange(count))
     sum_of_steps = float(np.sum(drive.course(end - step, end) * step))
     assert sum_of_steps == pytest.approx(
@@ -132,9 +134,9 @@ def test_a_force_gives_its_integral_as_momentum():
     @attrs.frozen(kw_only=True)
     class Pushed(Moves):
         def stages(self, specimen):
-            push = gl.Traction(boundary="top", stress=(0, 0, 1e6), factor=self.speed)
-            free = gl.CentralDifference(damping=gl.Undamped())
-            end = gl.Reaches("time", self.lasts)
+            push = gl.loads.Traction(boundary="top", stress=(0, 0, 1e6), factor=self.speed)
+            free = gl.integration.CentralDifference(damping=gl.integration.Undamped())
+            end = gl.conditions.Reaches("time", self.lasts)
             return [gl.Stage(name="push", loads=[push], until=[end], interval=1e-7, integrator=free)]
 
         def measure(self, state):
@@ -164,14 +166,14 @@ def test_a_force_gives_its_integral_as_momentum():
 )
 def test_bad_series_are_refused(speed, words):
     with pytest.raises(gl.ParameterError, match=words):
-        gl.Drive(boundary="top", axis=1, speed=speed)
+        gl.loads.Drive(boundary="top", axis=1, speed=speed)
 
 
 def test_a_function_may_give_an_array_without_axes():
-    drive = gl.Drive(boundary="top", axis=1, speed=lambda time: np.array(2.0 * time))
+    drive = gl.loads.Drive(boundary="top", axis=1, speed=lambda time: np.array(2.0 * time))
     assert drive.course(np.array([1.0]), np.array([2.0])) == pytest.approx([3.0])  # its mean over the step
     with pytest.raises(gl.ParameterError, match=r"the function gives array\(\[2\.\]\) at 0 s"):
-        gl.Drive(boundary="top", axis=1, speed=lambda time: np.array([2.0]))
+        gl.loads.Drive(boundary="top", axis=1, speed=lambda time: np.array([2.0]))
 
 
 @pytest.mark.parametrize(
@@ -184,8 +186,8 @@ def test_a_function_may_give_an_array_without_axes():
 )
 def test_bounds_hold_for_numbers_series_and_functions(pressure, words):
     with pytest.raises(gl.ParameterError, match=words):
-        gl.FluidPressure(boundary="top", pressure=pressure)
-    later = gl.FluidPressure(boundary="top", pressure=lambda time: 1.0 - time)
+        gl.loads.FluidPressure(boundary="top", pressure=pressure)
+    later = gl.loads.FluidPressure(boundary="top", pressure=lambda time: 1.0 - time)
     with pytest.raises(gl.ParameterError, match=r"FluidPressure of top: pressure: the function gives -1\.\d+ at 2\."):
         later.course(np.array([2.0]), np.array([3.0]))
 
@@ -193,8 +195,8 @@ def test_bounds_hold_for_numbers_series_and_functions(pressure, words):
 @pytest.mark.parametrize("stress", ["123", (1, 2), (1, 2, math.inf), (1, 2, "3"), 5.0])
 def test_the_stress_of_a_traction_is_three_numbers(stress):
     with pytest.raises(gl.ParameterError, match=r"Traction: stress = .* three finite numbers"):
-        gl.Traction(boundary="top", stress=stress)
-    assert gl.Traction(boundary="top", stress=np.array([1, 2, 3])).stress == (1.0, 2.0, 3.0)
+        gl.loads.Traction(boundary="top", stress=stress)
+    assert gl.loads.Traction(boundary="top", stress=np.array([1, 2, 3])).stress == (1.0, 2.0, 3.0)
 
 
 def test_a_function_that_fails_later_says_when():
@@ -204,17 +206,17 @@ def test_a_function_that_fails_later_says_when():
 
 def test_a_ramp_beside_a_series_is_refused():
     with pytest.raises(gl.ParameterError, match="start = 0 and ramp = 1e-05 s are not allowed beside"):
-        gl.Pressure(boundary="top", pressure=TRIANGLE, ramp=1e-5)
+        gl.loads.Pressure(boundary="top", pressure=TRIANGLE, ramp=1e-5)
 
 
 def test_a_loading_needs_speeds_that_are_numbers():
-    drive = gl.Drive(boundary="top", axis=1, speed=TRIANGLE)
+    drive = gl.loads.Drive(boundary="top", axis=1, speed=TRIANGLE)
     with pytest.raises(gl.ParameterError, match="that of the boundary top changes with time by itself"):
         gl.Stage(name="s", loads=[drive], loading=gl.Adaptive(), until=[NEVER], interval=1e-6, expected=10)
 
 
 def test_to_wait_for_rest_under_a_function_is_refused():
-    push = gl.Pressure(boundary="top", pressure=lambda time: 1e6)
+    push = gl.loads.Pressure(boundary="top", pressure=lambda time: 1e6)
     with pytest.raises(gl.ParameterError, match=r"AtRest needs loads .* top is a function of time"):
         gl.Stage(name="s", loads=[push], until=[AtRest()], interval=1e-6)
 

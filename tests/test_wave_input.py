@@ -10,7 +10,9 @@ from grainlaw.engine.model import Model
 from grainlaw.protocols import PlaneWave, Saturated
 from grainlaw.runs import record
 
-DAMPED = PlaneWave(duration=6e-5, integrator=gl.CentralDifference())  # what is not damped never rests before it
+DAMPED = PlaneWave(
+    duration=6e-5, integrator=gl.integration.CentralDifference()
+)  # what is not damped never rests before it
 
 
 @attrs.frozen(kw_only=True)
@@ -20,7 +22,7 @@ class Moves(gl.LoadingProtocol):
     drives: list = attrs.field()
 
     def stages(self, specimen):
-        return [gl.Stage(name="move", loads=self.drives, until=[gl.Reaches("time", 1e-5)], interval=1e-6)]
+        return [gl.Stage(name="move", loads=self.drives, until=[gl.conditions.Reaches("time", 1e-5)], interval=1e-6)]
 
     def measure(self, state):
         return {}
@@ -42,16 +44,16 @@ def test_a_wave_after_a_stage_lasts_as_long_as_it_should():
 @pytest.mark.parametrize(
     ("loads", "words"),
     [
-        ([gl.Quiet(boundary="top")] * 2, "boundary = 'top' is quiet twice"),
+        ([gl.loads.Quiet(boundary="top")] * 2, "boundary = 'top' is quiet twice"),
         (
-            [gl.Quiet(boundary="top"), gl.Hold(boundary="top", axis=1, stress=0.0)],
+            [gl.loads.Quiet(boundary="top"), gl.loads.Hold(boundary="top", axis=1, stress=0.0)],
             "boundary = 'top' is quiet and has a platen",
         ),
     ],
 )
 def test_a_quiet_boundary_is_so_once_and_free(loads, words):
     with pytest.raises(gl.ParameterError, match=words):
-        gl.Stage(name="wave", until=[gl.Reaches("time", 1e-5)], interval=1e-6, loads=loads)
+        gl.Stage(name="wave", until=[gl.conditions.Reaches("time", 1e-5)], interval=1e-6, loads=loads)
 
 
 def test_waves_need_grains_that_deform_and_their_own_mass():
@@ -66,12 +68,12 @@ def test_what_is_imposed_is_known_before_anything_runs():
     with pytest.raises(gl.ParameterError, match="rigth"):
         gl.simulate(bar(4), GLUED, PlaneWave(quiet=("rigth",)))
     with pytest.raises(gl.ParameterError, match="finite number and at least 0"):
-        gl.FluidPressure(boundary="left", pressure=lambda time: -5e6).course(np.zeros(1), np.ones(1))
+        gl.loads.FluidPressure(boundary="left", pressure=lambda time: -5e6).course(np.zeros(1), np.ones(1))
 
 
 def test_a_function_in_a_list_is_part_of_the_key_of_a_run():
     def key(speed):
-        test = Moves(drives=[gl.Drive(boundary="top", axis=1, speed=speed)])
+        test = Moves(drives=[gl.loads.Drive(boundary="top", axis=1, speed=speed)])
         return record.described_run(Model(bar(4), GLUED), test, {})["key"]
 
     assert key(lambda time: 1e-3 * time) != key(lambda time: 2e-3 * time)

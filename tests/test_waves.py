@@ -109,7 +109,7 @@ def test_speeds_of_the_rock_as_a_whole():
     class AsWhole(PlaneWave):
         def stages(self, specimen):
             (stage,) = super().stages(specimen)
-            quiet = [gl.Quiet(boundary="right", p_speed=speed, s_speed=speed / 2)]
+            quiet = [gl.loads.Quiet(boundary="right", p_speed=speed, s_speed=speed / 2)]
             return [with_quiet(stage, *quiet)] if self.samples > 300 else [stage]
 
     back = {}
@@ -155,8 +155,8 @@ def test_dashpots_of_any_size_leave_the_stable_step_as_it_is(speed):
     class Dashpots(PlaneWave):
         def stages(self, specimen):
             (stage,) = super().stages(specimen)
-            quiet = [gl.Quiet(boundary=side, p_speed=speed, s_speed=speed) for side in ("right", "top")]
-            whole = gl.CentralDifference(damping=gl.Undamped(), safety=1.0)
+            quiet = [gl.loads.Quiet(boundary=side, p_speed=speed, s_speed=speed) for side in ("right", "top")]
+            whole = gl.integration.CentralDifference(damping=gl.integration.Undamped(), safety=1.0)
             return [attrs.evolve(with_quiet(stage, *quiet), integrator=whole)]
 
     result = gl.simulate(small_sample(12), Linear(**STIFF), Dashpots(stress=bell(5e-6, -1e6), duration=4e-5), frames=1)
@@ -180,7 +180,7 @@ def test_dashpots_are_the_root_of_density_times_acoustic_tensor(angle, young, ra
     )  # fmt: skip
     specimen = gl.Specimen(_turned_block(angle), material)
     state = state_of(specimen, Linear(**STIFF))
-    impose(state, [gl.Quiet(boundary="side")])
+    impose(state, [gl.loads.Quiet(boundary="side")])
     a = state.quiet.arrays
     found = np.array([[a.xx[0], a.xy[0]], [a.xy[0], a.yy[0]]]) / 0.5  # half a side of 1 m for each of its nodes
     edge = specimen.mesh.boundary_edges["side"][0]
@@ -216,9 +216,9 @@ def test_a_new_stage_closes_the_ledger_too(kind):
         def stages(self, specimen):
             (stage,) = super().stages(specimen)
             slower = attrs.evolve(self.integrator, safety=0.5)
-            push = [gl.Traction(boundary="right", stress=(0, 0, 1e6), factor=[(0, 0), (1e-5, 1)])]
-            more = [gl.Quiet(boundary="left"), *stage.of(gl.Quiet), *push, *stage.of(gl.Drive)]
-            later = [gl.Reaches("time", 2 * self.duration)]
+            push = [gl.loads.Traction(boundary="right", stress=(0, 0, 1e6), factor=[(0, 0), (1e-5, 1)])]
+            more = [gl.loads.Quiet(boundary="left"), *stage.of(gl.loads.Quiet), *push, *stage.of(gl.loads.Drive)]
+            later = [gl.conditions.Reaches("time", 2 * self.duration)]
             return [
                 stage,
                 attrs.evolve(stage, name="on", loads=more, integrator=slower, until=later),
@@ -237,8 +237,8 @@ def test_a_uniform_stress_all_round_is_in_equilibrium():
     """On every side of any polygon: no resultant and no moment; inside it is the stress."""
     specimen, stress = small_sample(15), (3e6, -8e6, 2e6)
     state = state_of(specimen, Linear(**STIFF))
-    sides = [gl.Traction(boundary=name, stress=stress) for name in specimen.mesh.boundaries]
-    state.begin(gl.Stage(name="s", loads=sides, until=[gl.Reaches("time", 1.0)], interval=1e-6))
+    sides = [gl.loads.Traction(boundary=name, stress=stress) for name in specimen.mesh.boundaries]
+    state.begin(gl.Stage(name="s", loads=sides, until=[gl.conditions.Reaches("time", 1.0)], interval=1e-6))
     a = state.tractions.arrays
     force, place = np.stack([a.full_x, a.full_y], axis=1), specimen.mesh.nodes[a.node]
     scale = 1e7 * 20e-3
@@ -258,10 +258,12 @@ class Stressed(gl.LoadingProtocol):
 
     def stages(self, specimen):
         sides = [
-            gl.Traction(boundary=name, stress=self.stress, ramp=0.0 if self.static else 5e-5)
+            gl.loads.Traction(boundary=name, stress=self.stress, ramp=0.0 if self.static else 5e-5)
             for name in specimen.mesh.boundaries
         ]
-        return [gl.Stage(name="load", loads=sides, until=[gl.AtRest(1e-4)], interval=2e-6, static=self.static)]
+        return [
+            gl.Stage(name="load", loads=sides, until=[gl.conditions.AtRest(1e-4)], interval=2e-6, static=self.static)
+        ]
 
     def measure(self, state):
         areas = state.specimen.grains.areas
@@ -287,10 +289,13 @@ def test_a_specimen_comes_under_a_stress(static, material):
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: gl.Traction(boundary="left", stress=(1, 2)), "Traction: stress = .* three finite numbers"),
-        (lambda: gl.Traction(boundary="left", stress=(1, 2, np.nan)), "Traction: stress = .* three finite numbers"),
-        (lambda: gl.Quiet(boundary="left", p_speed=4000.0), "p_speed and s_speed must be given together"),
-        (lambda: gl.Quiet(boundary="left", p_speed=0.0, s_speed=1.0), "Quiet: p_speed = 0"),
+        (lambda: gl.loads.Traction(boundary="left", stress=(1, 2)), "Traction: stress = .* three finite numbers"),
+        (
+            lambda: gl.loads.Traction(boundary="left", stress=(1, 2, np.nan)),
+            "Traction: stress = .* three finite numbers",
+        ),
+        (lambda: gl.loads.Quiet(boundary="left", p_speed=4000.0), "p_speed and s_speed must be given together"),
+        (lambda: gl.loads.Quiet(boundary="left", p_speed=0.0, s_speed=1.0), "Quiet: p_speed = 0"),
         (lambda: PlaneWave(stress=[(0, 0), (1, 1)], velocity=1.0), "stress and velocity are both given"),
         (lambda: PlaneWave(gauges=(9.0,)).stages(BAR), "gauges = 9 m is not in the specimen, 0 to 0.6 m"),
         (lambda: PlaneWave(gauges=3.0), "PlaneWave: gauges = 3.0 is not allowed"),
@@ -303,12 +308,12 @@ def test_bad_values_are_refused(make, words):
 
 def test_rigid_grains_have_no_quiet_boundary():
     with pytest.raises(gl.ParameterError, match="Quiet: boundary = 'right' is of rigid grains"):
-        gl.Quiet(boundary="right").check_specimen(bar(4, material=gl.Rigid(density=2700)))
+        gl.loads.Quiet(boundary="right").check_specimen(bar(4, material=gl.Rigid(density=2700)))
 
 
 def test_unknown_boundaries_are_refused():
     with pytest.raises(gl.ParameterError, match="Quiet: boundary = 'lid'"):
-        gl.Quiet(boundary="lid").check_specimen(bar(4))
+        gl.loads.Quiet(boundary="lid").check_specimen(bar(4))
 
 
 def test_gauges_are_at_the_quarter_points():
@@ -328,7 +333,7 @@ def test_dashpots_are_the_impedances_along_and_across_the_normal(slant):
     normal = np.array([along[1], -along[0]])
     for speeds in ({"p_speed": 5000.0, "s_speed": 2000.0}, {}):
         p, s = ROCK.density * np.array([*speeds.values()] if speeds else [P_SPEED, S_SPEED])
-        length, dashpots = _dashpots(specimen, edges, gl.Quiet(boundary="slant", **speeds))
+        length, dashpots = _dashpots(specimen, edges, gl.loads.Quiet(boundary="slant", **speeds))
         assert length.sum() == pytest.approx(2 * np.hypot(1, slant))
         for xx, yy, xy in dashpots:
             matrix = np.array([[xx, xy], [xy, yy]])

@@ -54,7 +54,7 @@ def run(grains, width, height, confinement=0.0, strain=0.05, law=LAW, seed=1, **
     test = BiaxialCompression(
         confinement=confinement, maximum_strain=strain, stop_fraction=0.0, samples=2000,
         loading=gl.Constant(speed=0.05),
-        integrator=gl.CentralDifference(damping=gl.LocalDamping(), beside_loading=False),
+        integrator=gl.integration.CentralDifference(damping=gl.integration.LocalDamping(), beside_loading=False),
     )  # fmt: skip
     return gl.simulate(rock, law, test, observers=[watcher], frames=60, **options), watcher
 

@@ -277,8 +277,8 @@ def draw_effects(found, file):
 RATES = (20.0, 10.0, 5.0, 2.0, 1.0, 0.5)  #: 1/s of axial strain; published explicit codes: 9 to 17
 PACES = {f"{rate:g} 1/s": rate for rate in RATES} | {"adaptive": 0.0}
 DAMPINGS = {
-    "ours": gl.CentralDifference(),
-    "local": gl.CentralDifference(damping=gl.LocalDamping(fraction=0.7), beside_loading=False),
+    "ours": gl.integration.CentralDifference(),
+    "local": gl.integration.CentralDifference(damping=gl.integration.LocalDamping(fraction=0.7), beside_loading=False),
 }
 
 

@@ -19,7 +19,7 @@ import scipy
 from grainlaw.cli.default_rock import LAWS, ROCK
 from grainlaw.cli.setups import PULLED, SHEARED, WIDTH
 from grainlaw.columns import STAGE
-from grainlaw.condition import StageError
+from grainlaw.conditions import StageError
 from grainlaw.drawing.palette import color
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.geometry import Bricks, rectangle

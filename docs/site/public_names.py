@@ -1,8 +1,10 @@
 """Directives of the reference: public names with their parameters, and indices of all parameters and measures."""
 
+import functools
 import importlib
 import inspect
 import re
+from pathlib import Path
 
 import attrs
 from docutils import nodes
@@ -13,14 +15,15 @@ import grainlaw
 from grainlaw.arguments import Checked
 from grainlaw.declared import parameters_of
 
-PACKAGES = ("grainlaw", "grainlaw.laws", "grainlaw.materials", "grainlaw.geometry", "grainlaw.protocols")
+REFERENCE = Path(__file__).parents[1] / "reference"
+DIRECTIVE = re.compile(r"\.\. public:: (\S+)\n\n((?:   .+\n?)+)")
 
 
+@functools.cache
 def public():
-    """Each public name with its package, in full: ``grainlaw.laws.Linear``."""
-    for package in PACKAGES:
-        for name in importlib.import_module(package).__all__:
-            yield f"{package}.{name}"
+    """Each name that the reference describes with its module, in full: ``grainlaw.laws.Linear``."""
+    found = [each for page in sorted(REFERENCE.glob("*.rst")) for each in DIRECTIVE.findall(page.read_text("utf-8"))]
+    return [f"{module}.{name}" for module, names in found for name in names.split()]
 
 
 def components():

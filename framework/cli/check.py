@@ -9,7 +9,7 @@ import numpy as np
 from grainlaw.cli.answers import answer, json_option
 from grainlaw.cli.default_rock import law_with_files
 from grainlaw.cli.law_file import LawReferenceError
-from grainlaw.condition import StageError
+from grainlaw.conditions import StageError
 from grainlaw.contact import ContactLaw
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.geometry import Voronoi, rectangle

@@ -14,19 +14,13 @@ import attrs
 import numpy as np
 
 import grainlaw
-import grainlaw.geometry
-import grainlaw.laws
-import grainlaw.materials
-import grainlaw.protocols
 from grainlaw.declared import parameters_of
 from grainlaw.fields import WITHOUT, ParameterError
 from grainlaw.messages import nearest, refusal, short
 from grainlaw.time_series import TimeSeries
 from grainlaw.unit_text import quantity, written
 
-PACKAGES: tuple[ModuleType, ...] = (
-    grainlaw, grainlaw.laws, grainlaw.materials, grainlaw.geometry, grainlaw.protocols,
-)  # fmt: skip
+PACKAGES: tuple[ModuleType, ...] = (grainlaw, *(getattr(grainlaw, name) for name in grainlaw.MODULES))
 Kind = type | tuple[type, ...]
 FILL_IN = "FILL IN"  #: in a template, in the place of a value that is needed
 KINDS = {  #: of parameters, in the words of a configuration

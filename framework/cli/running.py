@@ -20,7 +20,7 @@ from grainlaw.cli.default_rock import LAWS, NAMES
 from grainlaw.cli.law_file import LawReferenceError
 from grainlaw.compiler.batch import CompilationError
 from grainlaw.compiler.cache import compile_portably
-from grainlaw.condition import StageError
+from grainlaw.conditions import StageError
 from grainlaw.engine.device import Gpu
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.engine.thread_count import AUTO, Threads, checked_threads

@@ -15,7 +15,7 @@ from grainlaw.cli.law_copy import copied, copied_grains
 from grainlaw.cli.sections import gathered
 from grainlaw.cli.setups import SETUPS
 from grainlaw.compiler.cache import is_portable
-from grainlaw.condition import StageError
+from grainlaw.conditions import StageError
 from grainlaw.engine.device import Gpu
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.engine.thread_count import Threads

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from grainlaw.columns import FATIGUE
-from grainlaw.condition import Curves, StageError
+from grainlaw.conditions import Curves, StageError
 from grainlaw.contact import each_law, law_arguments
 from grainlaw.engine.dissipation import stored
 from grainlaw.engine.model import Model

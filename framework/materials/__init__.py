@@ -28,3 +28,7 @@ __all__ = [
     "Thermal",
     "TransverselyIsotropic",
 ]
+
+
+def __dir__() -> list[str]:  # a notebook offers what is public, not the modules that it came from
+    return [*__all__]

@@ -53,7 +53,7 @@ class Thermal(Material):
     axis lies in the plane at ``axis_angle``, counter-clockwise from x, which may be an array, one angle for each grain.
 
     With ``conductivity`` and ``heat_capacity`` heat flows through its grains in a stage with a
-    :class:`~grainlaw.Conduction`.
+    :class:`~grainlaw.loads.Conduction`.
     """
 
     material: Material = attrs.field(validator=_is_material)  #: what bears the rest of the strain

@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 
 from grainlaw.columns import ENERGY, SPENT, SUPPLIED, THERMAL
-from grainlaw.condition import StageError
+from grainlaw.conditions import StageError
 from grainlaw.engine.ageing import age_at_rest
 from grainlaw.engine.diagnosis import fastest, first_fault
 from grainlaw.engine.ledger import ROUNDING, energies, least_work, motion, unbalanced

@@ -10,7 +10,7 @@ import numpy as np
 
 from grainlaw.arguments import Checked, checked
 from grainlaw.columns import DAMAGED, KINETIC, STAGE, STRESS, TIME, energy
-from grainlaw.condition import Condition, Curves, FailsTo, Reaches, StageError
+from grainlaw.conditions import Condition, Curves, FailsTo, Reaches, StageError
 from grainlaw.contact import Laws
 from grainlaw.detection import EVERYWHERE, Detection
 from grainlaw.engine.model import Model

@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 
 from grainlaw.columns import IMBALANCE, LOST, STABILITY, STORED, SUPPLIED, THERMAL
-from grainlaw.condition import StageError
+from grainlaw.conditions import StageError
 from grainlaw.engine.margin import LARGEST, Margin
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.stage_statics import steady_motion, stiffness_along

@@ -26,7 +26,7 @@ import numpy as np
 import grainlaw
 from grainlaw.compiler.cache import is_portable
 from grainlaw.compiler.numba_private import processor
-from grainlaw.condition import StageError
+from grainlaw.conditions import StageError
 from grainlaw.declared import file_of_function, written
 from grainlaw.engine.model import Model
 from grainlaw.engine.stepping import InstabilityError

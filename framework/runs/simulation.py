@@ -9,7 +9,7 @@ from typing import Any
 import attrs
 
 from grainlaw.arguments import checked, is_number
-from grainlaw.condition import StageError
+from grainlaw.conditions import StageError
 from grainlaw.contact import Laws
 from grainlaw.detection import EVERYWHERE, Detection
 from grainlaw.engine.ageing import check_ageing

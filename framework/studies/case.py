@@ -17,7 +17,7 @@ import numpy as np
 
 from grainlaw.compiler.batch import CompilationError, compile_integrator
 from grainlaw.compiler.cache import compile_portably
-from grainlaw.condition import StageError
+from grainlaw.conditions import StageError
 from grainlaw.engine.device import Gpu
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError, OverlapError, advance

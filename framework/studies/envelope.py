@@ -148,7 +148,7 @@ class StrengthEnvelope(metaclass=Checked):
     """Strengths over confinement, and the criteria fitted to all of them, from the table of a study.
 
     The confinement (Pa) is a factor of the study, and its tests have a ``strength``. All cases that came to their
-    end count, whatever their other factors: choose them with :meth:`~grainlaw.Table.where`. Raises
+    end count, whatever their other factors: choose them with :meth:`~grainlaw.studies.table.Table.where`. Raises
     ParameterError for a table without these.
     """
 

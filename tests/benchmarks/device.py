@@ -80,8 +80,8 @@ class Push(gl.LoadingProtocol):
     """Both ends move at 2 m/s for 6 us, some 300 steps."""
 
     def stages(self, specimen):
-        ends = [gl.Drive(boundary=name, axis=1, speed=speed) for name, speed in (("top", -2), ("bottom", 2))]
-        return [gl.Stage(name="push", loads=ends, until=[gl.Reaches("time", 6e-6)], interval=6e-6)]
+        ends = [gl.loads.Drive(boundary=name, axis=1, speed=speed) for name, speed in (("top", -2), ("bottom", 2))]
+        return [gl.Stage(name="push", loads=ends, until=[gl.conditions.Reaches("time", 6e-6)], interval=6e-6)]
 
     def measure(self, state):
         return {"moved": float(np.abs(state.displacement).sum())}

@@ -64,11 +64,11 @@ def step_cost(grains, rounds=5):
     state = State(Model(specimen, law))
     made = time.perf_counter() - begin
     steps = max(20, 1_000_000 // grains)
-    advance(state, steps, 1e-12, gl.CentralDifference())
+    advance(state, steps, 1e-12, gl.integration.CentralDifference())
     times = []
     for _ in range(rounds):
         start = time.thread_time()
-        advance(state, steps, 1e-12, gl.CentralDifference())
+        advance(state, steps, 1e-12, gl.integration.CentralDifference())
         times.append((time.thread_time() - start) / steps)
     return float(np.median(times)), made
 

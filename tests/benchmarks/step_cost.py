@@ -97,7 +97,7 @@ def sample():
 
 def step_times(specimen, rounds, against=None):
     """Seconds of a step by law and moment, one for each round, and of a round of the command ``against``."""
-    damped = gl.CentralDifference()
+    damped = gl.integration.CentralDifference()
     cases = {
         (name, when): (lambda law=law, strain=strain: loaded(specimen, law, strain))
         for name, law in LAWS.items()

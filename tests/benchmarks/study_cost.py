@@ -19,9 +19,10 @@ from study_cases import column, tiny
 
 import grainlaw as gl
 from grainlaw.studies.store import Store
+from grainlaw.studies.table import Table
 
 
-def timed(study: gl.Study, **options) -> tuple[float, gl.Table]:
+def timed(study: gl.Study, **options) -> tuple[float, Table]:
     folder = Path(tempfile.mkdtemp())
     try:
         began = time.perf_counter()

@@ -50,7 +50,7 @@ def sample(grains):
 
 def seconds(state, steps, threads):
     start = time.perf_counter()
-    advance(state, steps, 1e-12, gl.CentralDifference(), threads=threads)
+    advance(state, steps, 1e-12, gl.integration.CentralDifference(), threads=threads)
     return (time.perf_counter() - start) / steps
 
 

@@ -43,7 +43,7 @@ def whole_specimen(rounds):
     specimen = gl.Specimen(Voronoi(grains=755, seed=1).tessellate(rectangle(50e-3, 125e-3)), ROCK)
     law = CohesiveCrack(**STRONG, mode_i_energy=150, mode_ii_energy=300)
     states = [State(Model(specimen, law, detection)) for detection in (None, gl.Detection())]
-    damped = gl.CentralDifference()
+    damped = gl.integration.CentralDifference()
     place = specimen.mesh.nodes - specimen.mesh.nodes.mean(axis=0)
     for state in states:
         state.nodes.arrays.displacement[:] = (place * [0.28 * 0.002, -0.002]).T
@@ -74,7 +74,7 @@ def pack(count, gap):
 def one_contact(count, rounds):
     """Nanoseconds that a step takes longer for each near pair, for each closed contact; how many each grain has."""
     states = [pack(count, gap) for gap in (0.02, 0.003, -0.002)]
-    rest = gl.CentralDifference(damping=gl.Undamped())
+    rest = gl.integration.CentralDifference(damping=gl.integration.Undamped())
     steps = max(200_000 // count, 10)
     for state in states:
         advance(state, 2, 1e-12, rest)
@@ -104,13 +104,13 @@ def pour(count, steps, threads, skin):
     total = specimen.grains.count
     law = Friction(kn=1e10, ks=1e10, friction_angle=30)
     state = State(Model(specimen, law, gl.Detection(damping=0.2, skin=skin)))
-    integrator = gl.CentralDifference(damping=gl.Undamped(), safety=0.8)
+    integrator = gl.integration.CentralDifference(damping=gl.integration.Undamped(), safety=0.8)
     state.begin(
         gl.Stage(
             name="pour",
-            until=[gl.Reaches("time", 1)],
+            until=[gl.conditions.Reaches("time", 1)],
             interval=1,
-            loads=[gl.Gravity(), gl.Fixed(grains=range(total - 3, total))],
+            loads=[gl.loads.Gravity(), gl.loads.Fixed(grains=range(total - 3, total))],
         )
     )
     state.time_step = StableStep(state).step(integrator)

@@ -19,9 +19,12 @@ import grainlaw.geometry
 import grainlaw.laws
 import grainlaw.materials
 import grainlaw.protocols
+from grainlaw.conditions import Reaches
 from grainlaw.engine.model import Model
 from grainlaw.geometry import JointSet, Voronoi, rectangle
+from grainlaw.integration import CentralDifference, Damping, Undamped
 from grainlaw.laws import EvansMarathe, Linear, LinearClosure, Roughness
+from grainlaw.loads import Drive, Gravity
 from grainlaw.protocols import UniaxialCompression
 from grainlaw.runs.first_questions import ask_first_questions
 
@@ -50,8 +53,8 @@ def result() -> gl.Result:
 def objects() -> tuple:
     """One of everything that takes part in a model."""
     return (
-        specimen(), specimen().grains, rectangle(1, 1), BRITTLE, HILLERBORG, ROCK, PRESS, gl.CentralDifference(),
-        gl.Undamped(), gl.GaussPoints(), gl.Plane.STRESS, gl.Reaches("strain", 1.0), EvansMarathe(), LinearClosure(),
+        specimen(), specimen().grains, rectangle(1, 1), BRITTLE, HILLERBORG, ROCK, PRESS, CentralDifference(),
+        Undamped(), gl.GaussPoints(), gl.Plane.STRESS, Reaches("strain", 1.0), EvansMarathe(), LinearClosure(),
         Voronoi(grains=5), gl.Detection(), result(), result().cracks, Linear,
     )  # fmt: skip
 
@@ -70,15 +73,15 @@ def right() -> dict[str, tuple]:
         "results": ({"a": result()},), "cracks": (cracks,), "times": (np.linspace(0, 1, 3),), "component": (BRITTLE,),
         "grains": (specimen().grains, 5, None), "region": (rectangle(1, 1),), "material": (ROCK, gl.Rigid(density=1)),
         "boundary": ("top", "left"), "name": ("top", "x"), "axis": (0, 1), "column": ("stress", "time"),
-        "until": ([gl.Reaches("stress", 1e6)],), "loads": ([gl.Drive(boundary="top", axis=1, speed=1)], [gl.Gravity()]),
-        "integrator": (gl.CentralDifference(),),
+        "until": ([Reaches("stress", 1e6)],), "loads": ([Drive(boundary="top", axis=1, speed=1)], [Gravity()]),
+        "integrator": (CentralDifference(),),
         "softening": (EvansMarathe(),), "closure": (LinearClosure(),), "poissons_ratio": (0.25,), "sets": ([_JOINTS],),
         "roughness": (Roughness(jrc=5, jcs=1e8, residual_friction_angle=30),), "fraction": (0.5,), "measures": ([],),
         "corners": (SQUARE, np.array(SQUARE, dtype=float)), "points": (SQUARE, (0, 1)), "outline": (SQUARE,),
         "sides": (("a", "b", "c", "d"), 16), "names": ("a", ("a", "b", "c", "d"), ("cohesion",)), "by": ((0, 1.0),),
         "window": (gl.within_circle((0, 0), 1),), "centre": ((0, 0),), "low": ((0, 0),), "high": ((1, 1),),
         "opening": (np.linspace(0, 1e-5, 4), 0.0), "slip": (np.linspace(0, 1e-5, 4), 0.0), "unit": ("Pa", "1"),
-        "kind": (gl.Damping, int), "default": (gl.Undamped(), 3), "levels": ((1e-4, 2e-4),), "holes": ((), {}),
+        "kind": (Damping, int), "default": (Undamped(), 3), "levels": ((1e-4, 2e-4),), "holes": ((), {}),
         "friction_angle": (50,), "residual_friction_angle": (5,), "dilation_angle": (5,), 
         "confinement": ([0, 1, 2, 3], 1),
         "strength": ([1, 3, 4, 6],), "bodies": ((),), "through": ((0.0, 0.0),), "places": ([(0, 0)],), 

@@ -13,6 +13,7 @@ import grainlaw as gl
 from grainlaw.cli.configuration import configured
 from grainlaw.cli.sections import assign
 from grainlaw.cli.setups import SETUPS
+from grainlaw.engine.state import State
 from grainlaw.observation import Observer
 from grainlaw.runs.simulation import simulate
 
@@ -120,7 +121,7 @@ class _Short(gl.LoadingProtocol):
     def stages(self, specimen: gl.Specimen) -> list[gl.Stage]:
         return [attrs.evolve(stage, interval=min(stage.interval, 1e-6)) for stage in self.test.stages(specimen)]
 
-    def measure(self, state: gl.State) -> dict[str, float]:
+    def measure(self, state: State) -> dict[str, float]:
         return self.test.measure(state)
 
     def summary(self, curves: Any, specimen: gl.Specimen) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from grainlaw.geometry import Bricks, Empirical, LabelAgreement, Voronoi, block,
 from grainlaw.laws import EvansMarathe, HordijkSoftening
 from grainlaw.materials import ALBITE, Thermal
 from grainlaw.protocols import BiaxialCompression, Heating
+from grainlaw.runs.elastic_properties import ElasticProperties
 
 
 @pytest.fixture(autouse=True)
@@ -99,7 +100,7 @@ REFUSED = {
     "law.kn=5e-324": tried("law.kn=5e-324"),
     "threads": tried("numerics.threads=129"),
     "rock.density=[1,2]": tried("rock.density=[1,2]"),
-    "results: other names": lambda: (gl.ElasticProperties(1, modules=2), LabelAgreement(label=1)),
+    "results: other names": lambda: (ElasticProperties(1, modules=2), LabelAgreement(label=1)),
     "grains of no area": lambda: Voronoi(grain_size=5e-324).tessellate(rectangle(1, 1)),
     "compress: text": lambda: gl.compress(calls.ROCK, ""),
     "compress: a list of confinements": lambda: gl.compress(calls.ROCK, 0.1, confinement=[0, 1]),

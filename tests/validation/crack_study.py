@@ -26,8 +26,8 @@ class Pull(gl.LoadingProtocol):
     """Tension along y beyond the rim, by a static solution."""
 
     def stages(self, specimen):
-        rim = [gl.Traction(boundary=name, stress=(0, STRESS, 0), ramp=1e-9) for name in specimen.mesh.boundaries]
-        return [gl.Stage(name="pull", loads=rim, until=[gl.AtRest()], interval=1e-9, static=True)]
+        rim = [gl.loads.Traction(boundary=name, stress=(0, STRESS, 0), ramp=1e-9) for name in specimen.mesh.boundaries]
+        return [gl.Stage(name="pull", loads=rim, until=[gl.conditions.AtRest()], interval=1e-9, static=True)]
 
     def measure(self, state):
         return {}
@@ -41,10 +41,10 @@ class Bend(Pull):
     """Half a disc under a load between two supports, by a static solution."""
 
     def stages(self, specimen):
-        load = gl.Hold(boundary="load", axis=1, stress=-STRESS, ramp=1e-9)
+        load = gl.loads.Hold(boundary="load", axis=1, stress=-STRESS, ramp=1e-9)
         rollers = [("load", 0), ("support_left", 1), ("support_right", 1)]
-        drives = [load, *(gl.Drive(boundary=name, axis=axis, speed=0.0, roller=True) for name, axis in rollers)]
-        return [gl.Stage(name="bend", loads=drives, until=[gl.AtRest()], interval=1e-9, static=True)]
+        drives = [load, *(gl.loads.Drive(boundary=name, axis=axis, speed=0.0, roller=True) for name, axis in rollers)]
+        return [gl.Stage(name="bend", loads=drives, until=[gl.conditions.AtRest()], interval=1e-9, static=True)]
 
 
 def solved(width, height, size, law, angle=0.0):

@@ -45,13 +45,13 @@ def specimen(seed, **options):
 
 
 DAMPINGS = {
-    "none": gl.Undamped(),
-    "vibration, 0.4": gl.VibrationDamping(fraction=0.4),
-    "vibration, 0.8": gl.VibrationDamping(),
-    "mass, 1e5 per s": gl.MassDamping(coefficient=1e5),
-    "local, 0.1": gl.LocalDamping(fraction=0.1),
-    "local, 0.4": gl.LocalDamping(fraction=0.4),
-    "local, 0.8": gl.LocalDamping(fraction=0.8),
+    "none": gl.integration.Undamped(),
+    "vibration, 0.4": gl.integration.VibrationDamping(fraction=0.4),
+    "vibration, 0.8": gl.integration.VibrationDamping(),
+    "mass, 1e5 per s": gl.integration.MassDamping(coefficient=1e5),
+    "local, 0.1": gl.integration.LocalDamping(fraction=0.1),
+    "local, 0.4": gl.integration.LocalDamping(fraction=0.4),
+    "local, 0.8": gl.integration.LocalDamping(fraction=0.8),
 }
 
 
@@ -60,7 +60,7 @@ USUAL = "vibration, 0.8"
 
 def loading(confinement, slow, damping=USUAL, **options):
     """Of this confinement (MPa); it ends when the load has fallen by a tenth, to try several definitions on it."""
-    options["integrator"] = gl.CentralDifference(damping=DAMPINGS[damping])
+    options["integrator"] = gl.integration.CentralDifference(damping=DAMPINGS[damping])
     options = {"loading": gl.Adaptive(rate=gl.Adaptive().rate / slow), "stop_fraction": 0.9, **options}
     if not confinement:
         return UniaxialCompression(**options)

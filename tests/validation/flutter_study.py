@@ -35,10 +35,10 @@ HELD = {
 STRESSES = (26 * MPa, 51 * MPa, 99 * MPa)
 LOADED = ("cohesive crack", "cohesive crack, as printed", "cohesive crack, linear", "Munjiza", "Mohr-Coulomb")
 DAMPINGS = {
-    "local 0.8": gl.LocalDamping(),
-    "mass 1e5 1/s": gl.MassDamping(coefficient=1e5),
-    "mass 3e4 1/s": gl.MassDamping(coefficient=3e4),
-    "mass 1e4 1/s": gl.MassDamping(coefficient=1e4),
+    "local 0.8": gl.integration.LocalDamping(),
+    "mass 1e5 1/s": gl.integration.MassDamping(coefficient=1e5),
+    "mass 3e4 1/s": gl.integration.MassDamping(coefficient=3e4),
+    "mass 1e4 1/s": gl.integration.MassDamping(coefficient=1e4),
 }
 
 
@@ -65,7 +65,7 @@ def hold(name):
 
 
 def load(name, damping):
-    test = UniaxialCompression(integrator=gl.CentralDifference(damping=DAMPINGS[damping]))
+    test = UniaxialCompression(integrator=gl.integration.CentralDifference(damping=DAMPINGS[damping]))
     try:
         one = gl.simulate(sample(1), HELD[name], test, frames=1).summary
     except AccuracyError:

@@ -14,13 +14,14 @@ from study_tables import DOCS, Table, main
 import grainlaw as gl
 from grainlaw.cli.configuration import configured
 from grainlaw.cli.default_rock import LAWS
+from grainlaw.integration import CentralDifference, LocalDamping, MassDamping, VibrationDamping
 from grainlaw.laws import PrePeak
 from grainlaw.protocols import UniaxialCompression
 from grainlaw.runs.parallel import Run
 from grainlaw.units import MPa
 
 MOHR_COULOMB, CRACK = LAWS["mohr-coulomb"], LAWS["cohesive-crack"]
-PLAIN = gl.CentralDifference(damping=gl.LocalDamping(), beside_loading=False)
+PLAIN = CentralDifference(damping=LocalDamping(), beside_loading=False)
 #: test, seed, what it is given, speed and ramp at which it was loaded before
 TESTS = [
     ("uniaxial-compression", 1, {}, (0.05, 0.0)),
@@ -32,9 +33,9 @@ TESTS = [
 ]
 RATES = (0.006, 0.003, 0.0015, 0.00075)
 DAMPINGS = {
-    "vibration, 0.8": gl.VibrationDamping(),
-    "local, 0.8": gl.LocalDamping(fraction=0.8), "local, 0.4": gl.LocalDamping(fraction=0.4),
-    "local, 0.1": gl.LocalDamping(fraction=0.1), "mass, 3e4 per s": gl.MassDamping(coefficient=3e4),
+    "vibration, 0.8": VibrationDamping(),
+    "local, 0.8": LocalDamping(fraction=0.8), "local, 0.4": LocalDamping(fraction=0.4),
+    "local, 0.1": LocalDamping(fraction=0.1), "mass, 3e4 per s": MassDamping(coefficient=3e4),
 }  # fmt: skip
 DAMPED = {
     "Mohr-Coulomb": MOHR_COULOMB, "cohesive crack": CRACK,
@@ -44,7 +45,7 @@ DAMPED = {
 
 
 KINDS = {
-    **{name: gl.CentralDifference(damping=kind) for name, kind in DAMPINGS.items()}, "local, 0.8, of all motion": PLAIN
+    **{name: CentralDifference(damping=kind) for name, kind in DAMPINGS.items()}, "local, 0.8, of all motion": PLAIN
 }  # fmt: skip
 
 

@@ -30,17 +30,19 @@ class Pressurize(gl.LoadingProtocol):
 
     def stages(self, specimen):
         drives = [
-            gl.Drive(boundary="left", axis=0, speed=0.0),
-            gl.Drive(boundary="right", axis=1, speed=0.0, roller=True),
+            gl.loads.Drive(boundary="left", axis=0, speed=0.0),
+            gl.loads.Drive(boundary="right", axis=1, speed=0.0, roller=True),
         ]
         far = (
-            [gl.Pressure(boundary=name, pressure=self.far, ramp=2e-5) for name in ("bottom", "top")] if self.far else []
+            [gl.loads.Pressure(boundary=name, pressure=self.far, ramp=2e-5) for name in ("bottom", "top")]
+            if self.far
+            else []
         )
-        water = gl.FluidPressure(boundary="left", pressure=PRESSURE, ramp=2e-5, cracks_only=True)
+        water = gl.loads.FluidPressure(boundary="left", pressure=PRESSURE, ramp=2e-5, cracks_only=True)
         return [
             gl.Stage(
-                name="pressurize", loads=[*drives, *far, water], until=[gl.AtRest(1e-4)], interval=2e-5,
-                integrator=gl.DynamicRelaxation(),
+                name="pressurize", loads=[*drives, *far, water], until=[gl.conditions.AtRest(1e-4)], interval=2e-5,
+                integrator=gl.integration.DynamicRelaxation(),
             )
         ]  # fmt: skip
 
@@ -151,18 +153,23 @@ class Grow(gl.LoadingProtocol):
 
     def stages(self, specimen):
         held = [
-            gl.Drive(boundary="left", axis=0, speed=0.0),
-            gl.Drive(boundary="right", axis=1, speed=0.0, roller=True),
+            gl.loads.Drive(boundary="left", axis=0, speed=0.0),
+            gl.loads.Drive(boundary="right", axis=1, speed=0.0, roller=True),
         ]
-        far = [gl.Traction(boundary=name, stress=(0.0, -self.far, 0.0)) for name in ("bottom", "top") if self.far]
-        pump = gl.Injection(
+        far = [gl.loads.Traction(boundary=name, stress=(0.0, -self.far, 0.0)) for name in ("bottom", "top") if self.far]
+        pump = gl.loads.Injection(
             boundary="left", rate=RATE / 2, ramp=self.time / 50, bulk_modulus=5e9, viscosity=self.viscosity,
             residual_aperture=1e-6, entry_damage=self.entry_damage, volume=1e-9, cracks_only=True,
         )  # fmt: skip
         rising = [attrs.evolve(load, ramp=1e-3) for load in far]
-        press = gl.Stage(name="press", loads=[*held, *rising], until=[gl.AtRest(1e-4)], interval=1e-5, static=True)
+        press = gl.Stage(
+            name="press", loads=[*held, *rising], until=[gl.conditions.AtRest(1e-4)], interval=1e-5, static=True
+        )
         grow = gl.Stage(
-            name="pump", loads=[*held, *far, pump], until=[gl.Reaches("pumped", self.time)], interval=self.time / 100
+            name="pump",
+            loads=[*held, *far, pump],
+            until=[gl.conditions.Reaches("pumped", self.time)],
+            interval=self.time / 100,
         )
         return [press, grow] if far else [grow]
 

@@ -39,7 +39,7 @@ def reflected(wave, bricks, soft=False):
         def stages(self, specimen):
             (stage,) = super().stages(specimen)
             known = {"p_speed": speed, "s_speed": speed} if soft else {}
-            return [with_quiet(stage, gl.Quiet(boundary="right", **known))]
+            return [with_quiet(stage, gl.loads.Quiet(boundary="right", **known))]
 
     test = Pulse(
         stress=bell(duration, -1e6), wave=wave, gauges=(length / 2,), samples=800,
@@ -133,9 +133,10 @@ class Kirsch(gl.LoadingProtocol):
     def stages(self, specimen):
         factors = {name: self.rim if name == "hole" else 1.0 for name in specimen.mesh.boundaries}
         loads = [
-            gl.Traction(boundary=name, stress=(FAR_X, FAR_Y, 0), factor=factor) for name, factor in factors.items()
+            gl.loads.Traction(boundary=name, stress=(FAR_X, FAR_Y, 0), factor=factor)
+            for name, factor in factors.items()
         ]
-        return [gl.Stage(name="load", loads=loads, until=[gl.AtRest(1e-3)], interval=1e-10, static=True)]
+        return [gl.Stage(name="load", loads=loads, until=[gl.conditions.AtRest(1e-3)], interval=1e-10, static=True)]
 
     def measure(self, state):
         mesh = state.mesh

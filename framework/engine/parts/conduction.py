@@ -15,7 +15,7 @@ import numpy as np
 import scipy
 
 from grainlaw.columns import COLDEST, HEAT_STORED, HEAT_SUPPLIED, HEAT_TIME, HOTTEST
-from grainlaw.condition import StageError
+from grainlaw.conditions import StageError
 from grainlaw.engine.factors import Factors
 from grainlaw.engine.parts.bonds import Bonds
 from grainlaw.engine.parts.heat import EvenTemperature

@@ -15,6 +15,8 @@ from grainlaw.columns import DAMAGED, MOTION, STAGE, TIME, UNBALANCED, cracks, r
 from grainlaw.fields import parameter
 from grainlaw.strength import borne
 
+__all__ = ["AtRest", "ComesTo", "Condition", "Fails", "FailsTo", "FallsTo", "Reaches"]
+
 Curves = Mapping[str, np.ndarray]  #: what has been recorded so far, by column name, one entry per sample
 
 
@@ -132,3 +134,7 @@ class AtRest(Condition):
             return 0.0
         largest = max(float(curves[name][-3:].max()) for name in (UNBALANCED, MOTION))
         return min(1.0, self.ratio / max(largest, 1e-300))
+
+
+def __dir__() -> list[str]:  # a notebook offers what is public
+    return [*__all__]
