@@ -68,7 +68,8 @@ def check_known(where: str, keys: Iterable[Any], grains: Tessellation) -> None:
     if strange := strange_keys(keys, grains.phase_names, grains.kinds):
         names, joints = ", ".join(grains.phase_names) or "without names", ", ".join(grains.joints) or "none"
         known = f"phases: {names}; joints: {joints}"
-        raise ParameterError(f"{where}: {strange[0]!r} names what the grains do not have ({known})")
+        star = "; any other is ... in Python, as in ('mica', ...)" if "*" in strange[0] else ""
+        raise ParameterError(f"{where}: {strange[0]!r} names what the grains do not have ({known}){star}")
 
 
 def names_of(grains: Tessellation, phase: int) -> Names:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from typing import Any
 
@@ -55,6 +56,10 @@ def from_labels(
     merge = checked_number(f"{where}: merge", merge, at_least=0)
     speck = checked_whole_number(f"{where}: speck", speck, at_least=0)
     made = label_map(where, image, pixel, speck=speck, fill=fill, region=region, corner=corner)
+    if isinstance(image, (str, os.PathLike)) and len(made.labels) < 2:
+        raise ParameterError(
+            f"{where}: every pixel of {os.fspath(image)} has the label {made.labels[0]}, a file must have two at least"
+        )
     if region is not None and cell_size is None and not is_convex(region):
         raise ParameterError(f"{where}: region is not convex, for which grains are made of cells: give a cell_size")
     phase, names = _phases(where, made, phases)

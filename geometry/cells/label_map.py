@@ -127,9 +127,6 @@ def label_map(
                 " (fill=True gives each to the nearest grain)"
             )
         image = _nearest(np.where(outside, 0, image), 0)
-    if len(set(image[~outside].tolist()) - {0}) < 2:
-        label = image[~outside].max()
-        raise ParameterError(f"{where}: every pixel has the label {label}, an image must have two labels at least")
     return _of_one_part_each(where, attrs.evolve(made, image=np.where(outside, CUT, image)), speck)
 
 
