@@ -99,7 +99,8 @@ def test_a_level_that_is_refused_is_named_before_anything_runs(kind, words, tmp_
 )
 def test_levels_that_are_tried(levels, tried, monkeypatch):
     seen = []
-    run = SimpleNamespace(model=None, specimen=None, protocol=SimpleNamespace(stages=lambda specimen: []))
+    protocol = SimpleNamespace(stages=lambda specimen: [])
+    run = SimpleNamespace(model=None, specimen=None, protocol=protocol, key=lambda: str(len(seen)))
     monkeypatch.setattr(studies.Recipe, "run", lambda _, factors: seen.append(factors["level"]) or run)
     monkeypatch.setattr(studies, "warn_of_scales", lambda *_: None)
     study = gl.Study(lambda level: None, level=list(levels))
