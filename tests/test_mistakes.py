@@ -349,7 +349,7 @@ TOLD = {
         lambda _: run(specimen=small_sample(12, width=20, height=40)),
         "a normal stiffness of .* is unusual between grains of 8.2 m",
     ),
-    "a speed of a testing machine": (pressed, "the run takes about .* steps, .* a speed of 8.33e-06 m/s, .* load faster"),
+    "a speed of a testing machine": (pressed, "the run takes .* steps, .* a speed of 8.33e-06 m/s, .* load faster"),
     "targets in GPa": (
         lambda _: gl.Targets(youngs_modulus=60, ucs=100 * MPa),
         "Targets: youngs_modulus = 60 Pa is unusual",
