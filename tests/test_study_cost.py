@@ -4,7 +4,6 @@ from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 
 import attrs
-import numpy as np
 import pytest
 from study_cases import LAWS, SHORT, tiny_study
 from study_rows import row
@@ -13,7 +12,7 @@ from support import ROCK
 import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.studies import case, cost, workers
-from grainlaw.studies.case import SAME, Task, Watch
+from grainlaw.studies.case import SAME, Task
 from grainlaw.studies.cost import KINDS, ROW, cost_of
 from grainlaw.studies.workers import GivenExecutor, Watcher
 
@@ -105,23 +104,25 @@ def test_bars_say_what_is_done_failed_and_at_work(monkeypatch, tmp_path):
     by.folder = str(tmp_path)
     first, second, third = tasks("A", 3)
     watcher = Watcher([first, second, third], by, bars)
-    (tmp_path / "A0.77").write_text("0.250 load, 3 samples")
+    (tmp_path / "A0.77").write_text('{"share": 0.25, "where": "load, 3 samples"}')
     (tmp_path / "A1.78").write_text("")
-    (tmp_path / "other.79").write_text("0.5 not of this study")
-    (tmp_path / "A2.80").write_text("what is half written")
+    (tmp_path / "other.79").write_text('{"share": 0.5, "where": "not of this study"}')
+    (tmp_path / "A2.80").write_text('{"share": 0.5, "whe')
     watcher.look()
     assert bars.said == {}  # it has just begun
     clock[0] += 0.6
     bars.is_seen = False
     watcher.look()
-    assert bars.said == {}
+    assert bars.said == {"cases": (0.0, "0 of 3")}  # a line now and then where nobody looks
     bars.is_seen = True
+    clock[0] += 0.6
     watcher.look()
     assert bars.said == {
         "law = A, seed = 0": (0.25, "load, 3 samples"), "law = A, seed = 1": (0.0, "starting"),
-        "cases": (0.0, "0 of 3"),
+        "law = A, seed = 2": (0.0, "starting"), "cases": (0.0, "0 of 3"),
     }  # fmt: skip
-    (tmp_path / "A0.77").unlink()
+    for file in ("A0.77", "A2.80"):
+        (tmp_path / file).unlink()
     clock[0] = 104.0
     watcher.done(first, {"status": "finished", "cost": {"seconds": 1.0}})
     watcher.done(third, {"status": "unstable", "cost": {"seconds": 1.0}})
@@ -147,22 +148,11 @@ def test_at_most_eight_workers_are_shown(monkeypatch, tmp_path):
     monkeypatch.setattr(workers, "OFTEN", 0.0)
     by.folder = str(tmp_path)
     for k in range(10):
-        (tmp_path / f"A{k}.1").write_text("0.5 load")
+        (tmp_path / f"A{k}.1").write_text('{"share": 0.5, "where": "load"}')
     Watcher(tasks("A", 10), by, bars).look()
     assert len(bars.said) == 1 + 8
     assert (by.count, by.ahead) == (3, 9)
     assert GivenExecutor(None).ahead == 1000  # of some whose number is not known
-
-
-def test_a_worker_says_how_far_it_is_twice_a_second(monkeypatch, tmp_path):
-    clock = [100.0]
-    monkeypatch.setattr(case, "time", SimpleNamespace(monotonic=lambda: clock[0]))
-    watch, stage, curves = Watch(tmp_path / "A0.1"), SimpleNamespace(name="load"), {"time": np.arange(3.0)}
-    for passed, progress in ((0.0, 0.125), (0.4, 0.25), (0.2, 0.5)):
-        clock[0] += passed
-        watch.observe(None, curves, stage, progress)
-        said = (tmp_path / "A0.1").read_text()
-        assert said.startswith("0.125 load" if clock[0] < 100.5 else "0.500 load")
 
 
 @pytest.mark.parametrize(("workers", "count"), [(1, 1), (3, 3), (4, 4), (5, 4)])

@@ -2,6 +2,7 @@
 
 import errno
 import importlib
+import json
 import os
 import subprocess
 import sys
@@ -18,9 +19,9 @@ import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import Linear
 from grainlaw.protocols import UniaxialCompression
+from grainlaw.runs import progress_file
 from grainlaw.runs.identity import Unknown, digest
 from grainlaw.runs.stopping import Stop
-from grainlaw.studies import case as cases
 from grainlaw.studies import store as stores
 from grainlaw.studies import study as studies
 from grainlaw.studies.case import Done, Recipe, Task, watching
@@ -360,6 +361,7 @@ def test_a_key_is_the_same_in_another_process():
     """Here as there, where the file of what travels is not loaded."""
     script = """
 import sys, cloudpickle
+from grainlaw.runs import progress_file
 from grainlaw.runs.identity import digest
 case = cloudpickle.load(sys.stdin.buffer).case
 print(digest(case), digest(case(1).law))
@@ -459,14 +461,22 @@ def test_a_class_of_ones_own_is_known_by_what_it_is_not_by_its_file(tmp_path, mo
 
 
 def test_a_worker_says_what_it_does_in_a_file_of_its_own(tmp_path, monkeypatch):
+    """At most twice a second: how far it is, where, and the curve so far."""
     stage = gl.Stage(name="pull", loads=[], until=[gl.conditions.AtRest()], interval=1.0)
+    state = SimpleNamespace(usual_end=1.0, time=0.5, time_step=0.01, steps=50)
+    curves = {"strain": [0.0, 1e-3], "stress": [0.0, 5e6], "tensile_cracks": [0, 2], "shear_cracks": [0, 1]}
+    curves = {name: np.array(column) for name, column in curves.items()}
     with watching(str(tmp_path), "abc") as [watch]:
         [file] = tmp_path.iterdir()
         assert (file.name, file.read_text()) == (f"abc.{os.getpid()}", "")
-        for now, progress, told in ((100.0, 0.25, "0.250"), (100.1, 0.5, "0.250"), (1e6, 0.75, "0.750")):
-            monkeypatch.setattr(cases.time, "monotonic", lambda now=now: now)
-            watch.observe(None, {}, stage, progress)
-            assert file.read_text().split()[0] == told
+        for now, progress, told in ((100.0, 0.25, 0.25), (100.4, 0.5, 0.25), (100.6, 0.75, 0.75)):
+            monkeypatch.setattr(progress_file.time, "monotonic", lambda now=now: now)
+            watch.observe(state, curves, stage, progress)
+            [file] = tmp_path.iterdir()
+            assert json.loads(file.read_text())["share"] == told
+        content = json.loads(file.read_text())
+        assert (content["where"], content["cracks"]) == ("pull, 0.1000 %, 5.00 MPa", 3)
+        assert (content["columns"], content["rows"]) == (["strain", "stress"], [[0.0, 0.0], [1e-3, 5e6]])
     assert not any(tmp_path.iterdir())
     with watching("", "abc") as none:
         assert none == []
