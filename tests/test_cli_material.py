@@ -3,7 +3,6 @@
 import importlib
 import json
 import tomllib
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,6 +20,7 @@ from grainlaw.protocols import Heating
 from grainlaw.results.frames import packed, take_frame, unpacked
 from grainlaw.results.vtk import VtkSeries, VtkWriter
 from grainlaw.workbench import material_figure
+from grainlaw.workbench.conformance import Entry, Report
 
 SCHIST = """
 [sample]
@@ -52,7 +52,7 @@ def test_a_material_is_shown_with_its_curves(tmp_path):
 @pytest.mark.parametrize("passed", [True, False])
 def test_a_material_that_fails_a_property_ends_with_1(passed, tmp_path, monkeypatch):
     command = importlib.import_module("grainlaw.cli.material")
-    monkeypatch.setattr(command, "check_material", lambda material: SimpleNamespace(passed=passed))
+    monkeypatch.setattr(command, "check_material", lambda material: Report("Mine", (Entry("energy", passed),)))
     monkeypatch.setattr(material_figure, "plot_material", lambda material: None)
     monkeypatch.setattr(command, "write_picture", lambda *given: f"written of {given[2]}")
     done = invoke("material", "drucker-prager", "--out", tmp_path)
