@@ -269,6 +269,17 @@ def test_the_emulator_of_the_package_is_whole():
         assert 0 < fit.error < fit.scatter
 
 
+@pytest.mark.filterwarnings("ignore:.*is the unit right")
+def test_broken_contacts_without_friction_are_those_of_the_least_that_it_was_taught():
+    """That is 0.0002 of the peak's; their own default is none."""
+    targets, fits = gl.Targets(ucs=90 * MPa, tensile_strength=6 * MPa), {}
+    for angle in (0.0, 0.05):
+        law = attrs.evolve(LAW, residual_friction_angle=angle)
+        fits[angle] = looked_at(space_of(law, FREE, {}, {}), targets, {"prism": specimen()}, 1.0, 0)
+    ends = [fit.expected["ucs"] for fit in fits.values()]
+    assert ends[0] == pytest.approx(ends[1], rel=1e-2)
+
+
 @pytest.mark.thorough
 def test_a_first_look_finds_what_a_rock_bears():
     """The rock of LAW: strengths of six specimens, each other than those the emulator has learnt from."""

@@ -168,9 +168,11 @@ class FirstMatch:
         rock: Any = prism.material
         grain, modulus = float(np.sqrt(prism.grains.areas.mean())), self.grains * rock.youngs_modulus
         slope = np.tan(np.radians(given["friction_angle"]))
+        least = self.emulator.ends["residual"][0]  # of those that were drawn between 0 and 1
+        residual = np.tan(np.radians(given["residual_friction_angle"])) / np.maximum(slope, 1e-12)
         inputs = {
             "tension": np.log(given["tensile_strength"] / given["cohesion"]), "angle": given["friction_angle"],
-            "residual": np.tan(np.radians(given["residual_friction_angle"])) / np.maximum(slope, 1e-12),
+            "residual": np.maximum(residual, least),
             "stiffness": np.log(given["kn"] * grain / modulus), "ratio": np.log(given["ks"] / given["kn"]),
             "strain": np.log(given["cohesion"] / modulus),
         }  # fmt: skip
