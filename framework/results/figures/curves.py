@@ -306,6 +306,7 @@ def _draw(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> None:
     axes.xaxis.set_major_locator(MaxNLocator(5))
     if set(panel.columns) <= set(OF_MODE):
         axes.yaxis.set_major_locator(MaxNLocator("auto", integer=True))
+        axes.set_ylim(top=max(1.0, axes.get_ylim()[1]))
     cut = _fit_before_peak(axes, panel, results)
     if several or many:
         axes.legend(frameon=False, fontsize="small", loc="upper left" if cut else "best")
