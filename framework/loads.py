@@ -303,11 +303,6 @@ class BarEnd(Forced):
             raise ParameterError(
                 f"Stage '{stage.name}': a static stage has no waves; let a stage after it have a BarEnd"
             )
-        if sum(one.boundary == self.boundary and one.axis == self.axis for one in stage.of(Driven)) > 1:
-            raise ParameterError(
-                f"Stage '{stage.name}': boundary = {self.boundary!r} is the end of a bar and is driven along the same "
-                "axis, it can be one of both"
-            )
 
     def schedule(self, begin: np.ndarray, end: np.ndarray, pace: float, length: float) -> np.ndarray:
         return 2 * self.course(begin, end) * (self.width or length)

@@ -5,6 +5,7 @@ import math
 from types import SimpleNamespace
 
 import attrs
+import click
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -20,6 +21,7 @@ from grainlaw.laws import Friction, MohrCoulomb, PrePeak
 from grainlaw.runs import flutter
 from grainlaw.runs.flutter import Flutter, _HeldStill
 from grainlaw.units import MPa, mm
+from grainlaw.workbench.conformance import Entry, Report
 
 check = importlib.import_module("grainlaw.cli.check")
 PRINTED = attrs.evolve(LAWS["cohesive-crack"], pre_peak=PrePeak.AS_PRINTED)
@@ -175,10 +177,11 @@ def held_by_check(monkeypatch, law, *ends):
         held.append((specimen, stress, confined))
         if isinstance(end := next(ends), Exception):
             raise end
-        return SimpleNamespace(flutters=end)
+        return SimpleNamespace(flutters=end, rate=1.0)
 
     monkeypatch.setattr(check, "hold", hold)
-    return check._held(law), held
+    with click.Context(click.Command("check")):
+        return check._held(law), held
 
 
 def test_check_holds_grains_that_suit_the_law(monkeypatch):
@@ -213,7 +216,7 @@ def test_check_holds_what_fails_under_less(monkeypatch, capsys):
 )
 def test_the_exit_code_of_check(passed, flutters, exceptions, code, monkeypatch):
     monkeypatch.setattr(check, "law_with_files", lambda name: (SimpleNamespace(exceptions=exceptions), []))
-    monkeypatch.setattr(check, "check_law", lambda law: SimpleNamespace(passed=passed))
+    monkeypatch.setattr(check, "check_law", lambda law: Report("mine", (Entry("energy", passed),)))
     monkeypatch.setattr(check, "_held", lambda law: flutters)
     assert CliRunner().invoke(main, ["check", "mine"]).exit_code == code
 

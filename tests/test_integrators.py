@@ -41,7 +41,7 @@ ids = [f"{type(i).__name__}-{type(getattr(i, 'relaxation', i.damping)).__name__}
 
 def test_lists_hold_every_exported_integrator():
     exported = {
-        value for value in vars(gl).values()
+        value for value in vars(gl.integration).values()
         if inspect.isclass(value) and issubclass(value, Integrator) and value is not Integrator
     }  # fmt: skip
     assert exported == {type(i) for i in FREE} == {type(i) for i in DAMPED}

@@ -351,7 +351,10 @@ def test_bars_of_any_stiffness_leave_the_stable_step_as_it_is(modulus):
         (lambda: SplitHopkinson(test=Brazilian()).stages(small_sample()), "the specimen is no disc"),
         (lambda: gl.pulse(1.0, rise=0.0), "pulse: rise = 0.0 s is not allowed"),
         (lambda: _stage(static=True), "a static stage has no waves"),
-        (lambda: _stage(gl.loads.Drive(boundary="top", axis=1, speed=1.0)), "'top' is the end of a bar and is driven"),
+        (
+            lambda: _stage(gl.loads.Drive(boundary="top", axis=1, speed=1.0)),
+            "boundary = 'top' has a BarEnd and a Drive",
+        ),
         (lambda: _stage(gl.loads.Quiet(boundary="top")), "is quiet and has a platen under a force"),
         (lambda: state_of(small_sample(), Linear(**STIFF)).check(_stage(boundary="lid")), "BarEnd: boundary = 'lid'"),
     ],
