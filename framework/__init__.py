@@ -29,7 +29,8 @@ def __getattr__(name: str) -> Any:
         return _load(name)
     except AttributeError:  # with name and object, Python says which name was meant
         words = f"module 'grainlaw' has no attribute '{name}'"
-        at = next((m for m in MODULES if name in import_module(f"{__name__}.{m}").__all__), "")
+        rooms = () if name.startswith("_") else MODULES  # Python asks for names of its own kind, too
+        at = next((room for room in rooms if name in import_module(f"{__name__}.{room}").__all__), "")
         words += f": it is grainlaw.{at}.{name}" if at else ""
         raise AttributeError(words, name=name, obj=sys.modules[__name__]) from None
 

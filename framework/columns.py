@@ -8,7 +8,7 @@ it declares itself (``LoadingProtocol.quantities``).
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 
 import attrs
 import numpy as np
@@ -239,6 +239,17 @@ _EVERY = {each.name for each in EVERY_TEST}
 
 COURSE = (STRAIN, "displacement", "opening", "deflection", TIME)  #: how far a test is: the first that it records
 LOAD = (STRESS, "shear_stress", "load", "force", UNBALANCED)  #: what the test applies: the first that it records
+
+
+def leading(recorded: Container[str]) -> list[str]:
+    """The columns of how far a test is and of what it applies, of those that are recorded."""
+    found = (next((name for name in kind if name in recorded), None) for kind in (COURSE, LOAD))
+    return [name for name in found if name is not None]
+
+
+def readings(names: Iterable[str], values: Iterable[float]) -> str:
+    """Values of columns with their units, as "0.12 %, 43.1 MPa"."""
+    return ", ".join(quantity_of(name).with_unit(value) for name, value in zip(names, values, strict=False))
 
 
 def course(curves: Mapping[str, np.ndarray]) -> str:

@@ -20,10 +20,8 @@ from grainlaw.studies.watched import Watched, watched
 EVERY = 1.0  #: s between looks
 NARROWEST, WIDEST = 30, 100  #: characters along an axis
 FEWEST, MOST = 6, 16  #: lines of curves
-BESIDE, AROUND = (
-    34,
-    8,
-)  #: characters beside curves (numbers, words of the axis), lines above and below them and the table
+BESIDE = 34  #: characters beside curves: numbers, words of the axis
+AROUND = 8  #: lines above and below them and the table
 
 
 @click.command()

@@ -13,7 +13,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.columns import COURSE, LOAD, cracks, quantity_of
+from grainlaw.columns import cracks, leading, readings
 from grainlaw.engine.state import State
 from grainlaw.observation import Observer
 from grainlaw.runs.estimate import in_words
@@ -185,7 +185,7 @@ class RunFile(Observer):
 
 def thinned(curves: Mapping[str, np.ndarray]) -> tuple[list[str], list[list[float]]]:
     """The columns of how far a test is and of what it applies, and some rows of both, the last one among them."""
-    names = [name for kind in (COURSE, LOAD) if (name := next((n for n in kind if n in curves), None))]
+    names = leading(curves)
     count = len(next(iter(curves.values()), ()))
     rows = np.unique(np.linspace(0, count - 1, min(count, POINTS)).round().astype(int))
     return names, [list(row) for row in zip(*(curves[name][rows].tolist() for name in names), strict=True)]
@@ -193,9 +193,9 @@ def thinned(curves: Mapping[str, np.ndarray]) -> tuple[list[str], list[list[floa
 
 def where_is(stage: Stage, curves: Mapping[str, np.ndarray]) -> str:
     """The stage of a run and the last readings of its curve, as "axial, 0.12 %, 43.1 MPa"."""
-    names = [next((name for name in kind if name in curves), None) for kind in (COURSE, LOAD)]
-    readings = (quantity_of(n).with_unit(float(curves[n][-1])) for n in names if n is not None)
-    return ", ".join([stage.name, *readings])
+    names = leading(curves)
+    told = readings(names, (float(curves[name][-1]) for name in names))
+    return ", ".join(filter(None, [stage.name, told]))
 
 
 def without_bars(observers: Iterable[Observer]) -> list[Observer]:

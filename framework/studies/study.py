@@ -134,7 +134,7 @@ class Study(metaclass=Checked):
                 if file is None and isinstance(store, Store):
                     file = stack.enter_context(of_process(store.path, {"program": program()}))
                 if file is not None:  # to compile takes long
-                    file.tell(total=len(missing), **({"whole": whole.content(0.0)} if whole else {}))
+                    file.tell(total=len(missing), **({"whole": whole.content} if whole else {}))
                 self._try_levels(missing, compile_too=on is None)
                 missing = self._with_known(missing, store)
                 try:

@@ -15,7 +15,7 @@ from typing import Any
 
 import attrs
 
-from grainlaw.columns import COURSE, LOAD, SHEAR_CRACKS, TENSILE_CRACKS, quantity_of
+from grainlaw.columns import SHEAR_CRACKS, TENSILE_CRACKS, leading, readings
 from grainlaw.fields import ParameterError
 from grainlaw.results.files import without_nan
 from grainlaw.runs.claim import RUN
@@ -139,7 +139,7 @@ def _part(path: Path, name: str) -> Part:
     share, left = (_number(told.get(key)) if state == RUNNING else 0.0 for key in ("share", "left"))
     if state != RUNNING:
         share = 1.0 if state == FINISHED else _number(told.get("share"))
-    where = str(told.get("where") or "") or _readings(columns, rows)
+    where = str(told.get("where") or "") or readings(columns, rows[-1] if rows else ())
     return Part(name, state, share, where, left, cracks, reason, columns, rows)
 
 
@@ -176,7 +176,7 @@ def _curve(file: Path) -> tuple[tuple[str, ...], tuple[tuple[float, ...], ...], 
         return (), (), None
     lines = list(csv.reader(text[: text.rfind("\n") + 1].splitlines()))
     heads, *body = lines or [[]]
-    names = [name for kind in (COURSE, LOAD) if (name := next((n for n in kind if n in heads), None))]
+    names = leading(heads)
     rows = [row for row in body if len(row) == len(heads)]
     if not names or not rows:
         return tuple(names), (), None
@@ -192,11 +192,6 @@ def _number(value: Any) -> float:
     except (TypeError, ValueError, OverflowError):
         return 0.0
     return found if math.isfinite(found) else 0.0
-
-
-def _readings(columns: tuple[str, ...], rows: tuple[tuple[float, ...], ...]) -> str:
-    last = rows[-1] if rows else ()
-    return ", ".join(quantity_of(n).with_unit(value) for n, value in zip(columns, last, strict=False))
 
 
 def _again(record: Mapping[str, Any], option: str = "") -> str:

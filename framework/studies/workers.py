@@ -324,6 +324,7 @@ class Whole:
     def __init__(self, name: str, planned: int, file: ProgressFile, bars: Progress | None) -> None:
         self.name, self.planned, self.file = name, planned, file  #: cases at most; where it is told
         self.bar = bars.bar(name) if bars else None
+        self.left = 0.0  #: s at most; 0 where that is not known
         self.done: set[str] = set()  #: keys of cases
         self.costs: dict[Any, list[float]] = {}  #: s of the cases that were carried out, by their kind
 
@@ -331,12 +332,14 @@ class Whole:
         """Cases that may come beside those that wait now."""
         return max(self.planned - len(self.done) - waiting, 0)
 
-    def content(self, left: float) -> dict[str, Any]:
+    @property
+    def content(self) -> dict[str, Any]:
         """What the file says of it."""
-        return {"name": self.name, "done": len(self.done), "total": self.planned, "left": left}
+        return {"name": self.name, "done": len(self.done), "total": self.planned, "left": self.left}
 
     def tell(self, left: float) -> None:
         """Tell its bar, with the time that all the cases that may come will take."""
+        self.left = left
         if self.bar is not None and self.planned:
             words = f"{len(self.done)} of at most {self.planned} tests"
             words += f", at most about {in_words(left)} left" if left else ""
@@ -383,9 +386,14 @@ class Watcher:
         self.last.append({"name": _label(task.factors), "state": row["status"], "reason": why, "seconds": seconds})
         self._tell()
 
+    @property
+    def is_heard(self) -> bool:
+        """Whether anything is told."""
+        return not (self.cases is None and self.whole is None and self.file is None)
+
     def look(self) -> None:
         """Show what the workers are doing."""
-        if time.monotonic() - self.seen < OFTEN:
+        if not self.is_heard or time.monotonic() - self.seen < OFTEN:
             return
         self.seen = time.monotonic()
         self.doing = {case: going for case, going in sorted(self.by.doing().items()) if case in self.named}
@@ -409,7 +417,7 @@ class Watcher:
                 bar.remove()
 
     def _tell(self) -> None:
-        if self.cases is None and self.whole is None and self.file is None:
+        if not self.is_heard:
             return
         left = self.seconds_left() if self.count < self.total else 0.0
         if self.whole is not None:
@@ -431,7 +439,7 @@ class Watcher:
             "doing": doing[:LINES], "last": list(self.last),
         }  # fmt: skip
         if self.whole is not None:
-            content["whole"] = self.whole.content(self.seconds_left(self.whole.further(self.total - self.count)))
+            content["whole"] = self.whole.content
         return content
 
     def seconds_left(self, further: int = 0) -> float:
