@@ -10,9 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 
+from grainlaw.contact import ContactLaw
 from grainlaw.drawing.figure import Figure
 from grainlaw.results.probe import ContactPath
-from grainlaw.workbench.characteristics import QUICK, envelope, fitting_pressures, shear_mode, tensile_mode
+from grainlaw.workbench.characteristics import QUICK, Envelope, envelope, fitting_pressures, shear_mode, tensile_mode
 from grainlaw.workbench.driver import Contact, alone
 from grainlaw.workbench.law_figure import MPA, UM, Reach, along, draw_envelope, reach
 from grainlaw.workbench.shear_box import pulled, sheared
@@ -32,13 +33,13 @@ def plot_paths(paths: Sequence[ContactPath]) -> Figure:
         return _plot_many(paths)
     figure = Figure(figsize=(13.5, 4.4 * max(len(paths), 1)), layout="constrained")
     rows = figure.subfigures(max(len(paths), 1), 1, squeeze=False)[:, 0]
-    for row, path in zip(rows, paths, strict=False):
+    for row, path, envelope_of_law in zip(rows, paths, _strengths(paths), strict=False):
         pull, shear, strength = row.subplots(1, 3)
         contact = alone(path.law)
         with np.errstate(all="ignore"):
             _pull(pull, contact, path)
             _shear(shear, contact, path)
-            _strength(strength, path)
+            _strength(strength, path, envelope_of_law)
         x, y = path.position * 1e3
         a, b = path.grains
         row.suptitle(f"contact {path.point}, grains {a} and {b}, at ({x:.1f}, {y:.1f}) mm: {_end(path)}")
@@ -57,9 +58,8 @@ def _plot_many(paths: Sequence[ContactPath]) -> Figure:
     down = math.ceil(len(paths) / across)
     figure = Figure(figsize=SCREEN, layout="constrained")
     panels = figure.subplots(down, across, squeeze=False)
-    for axes, path in zip(panels.ravel(), paths, strict=False):
-        with np.errstate(all="ignore"):
-            _strength(axes, path)
+    for axes, path, strength in zip(panels.ravel(), paths, _strengths(paths), strict=False):
+        _strength(axes, path, strength)
         axes.get_legend().remove()
         axes.set_title(f"contact {path.point}, {_end(path)}", fontsize="small")
         axes.tick_params(labelsize="small")
@@ -107,9 +107,26 @@ def _shear(axes: Axes, contact: Contact, path: ContactPath) -> None:
     _fit(axes)
 
 
-def _strength(axes: Axes, path: ContactPath) -> None:
-    highest = -float(path.normal.min())
-    draw_envelope(axes, envelope(path.law, max(1.1 * highest, fitting_pressures(alone(path.law))[1])))
+def _strengths(paths: Sequence[ContactPath]) -> list[Envelope]:
+    """The strength of the law of each path, found once for a law, as far as any of its contacts was pressed."""
+    laws: list[ContactLaw] = []
+    highest: list[float] = []
+    for path in paths:
+        if path.law not in laws:
+            laws.append(path.law)
+            highest.append(0.0)
+        which = laws.index(path.law)
+        highest[which] = max(highest[which], -float(path.normal.min()))
+    with np.errstate(all="ignore"):
+        found = [
+            envelope(law, max(1.1 * pressure, fitting_pressures(alone(law))[1]))
+            for law, pressure in zip(laws, highest, strict=True)
+        ]
+    return [found[laws.index(path.law)] for path in paths]
+
+
+def _strength(axes: Axes, path: ContactPath, strength: Envelope) -> None:
+    draw_envelope(axes, strength)
     _followed(axes, path, -path.normal * MPA, np.abs(path.shear) * MPA)
     axes.set(title="", xlabel="pressure (MPa), tension below 0", ylabel="shear traction (MPa)")
 
