@@ -388,6 +388,30 @@ def test_a_threshold_is_known_to_the_distance_of_samples(step, tmp_path):
     assert lines[-2:] == [r"\bottomrule", r"\end{tabular}"]
 
 
+def test_a_table_for_a_paper_begins_with_the_strength_and_sets_two_specimens_side_by_side(tmp_path):
+    """The second bears 0.8 of the stress at each strain, so that its modulus and CD are 0.8 of the first."""
+    head = ["strain (%);radial strain (%);stress (MPa)"]
+    one, two = (
+        gl.read_curve(write(tmp_path / f"{share}.csv", head, [AXIAL * 100, LATERAL * 100, share * STRESS / 1e6]))
+        for share in (1, 0.8)
+    )
+    lines = one.laboratory.to_latex().splitlines()
+    assert lines[4] == r"strength, load at the first failure & 100 & MPa \\"
+    assert r"E, of the rock & 50 & GPa \\" in lines
+    lines = one.laboratory.to_latex(measured=two).splitlines()
+    assert lines[:3] == [r"\begin{tabular}{lrrl}", r"\toprule", r"measure & model & measured & unit \\"]
+    assert lines[4] == r"strength, load at the first failure & 100 & 80 & MPa \\"
+    assert r"CD, reversal of the volumetric strain & 80.0 & 64.0 & MPa \\" in lines
+    assert r"E, of the rock & 50 & 40 & GPa \\" in lines
+    assert not any("fragments" in line for line in lines)
+    assert str(one.laboratory).splitlines()[0].split() == "strength, load at the first failure 100 MPa".split()
+    table = one.laboratory.to_pandas(measured=two)
+    assert table["measured"]["crack_damage"] == pytest.approx(0.8 * table["value"]["crack_damage"])
+    assert table["measured"]["modulus"] == pytest.approx(40)
+    with pytest.raises(gl.ParameterError, match=r"measured = 5 is not allowed, it must be what gl\.read_curve"):
+        one.laboratory.to_latex(measured=5)
+
+
 def test_what_has_a_meaning_in_latex_is_escaped():
     assert latex("50 % of A_1 & {b} #2 ^ ~ \\ $") == (
         r"50 \% of A\_1 \& \{b\} \#2 \textasciicircum{} \textasciitilde{} \textbackslash{} \$"

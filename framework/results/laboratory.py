@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import attrs
 import numpy as np
@@ -32,6 +32,30 @@ if TYPE_CHECKING:
     from grainlaw.drawing.figure import Figure
 
 ROUNDING = 1e-9  #: share of the work done below which an energy is 0
+OF_ROCK = ("modulus", "poisson")  #: properties of a test that a laboratory reports, beside its main ones
+
+
+class _Number(NamedTuple):
+    """A row of a table."""
+
+    name: str
+    meaning: str
+    value: float  #: in the unit, nan where there is none
+    unit: str
+    resolution: float = 0.0  #: in the unit, 0 where it is not known
+    source: str = ""
+
+    @property
+    def text(self) -> str:
+        return digits_that_count(self.value, self.resolution) if np.isfinite(self.value) else "-"
+
+
+def _by_name(measured: MeasuredCurve | None) -> dict[str, _Number]:
+    if measured is None:
+        return {}
+    if not isinstance(measured, MeasuredCurve):
+        raise refusal("Laboratory: measured", measured, "what gl.read_curve returns")
+    return {each.name: each for each in measured.laboratory._numbers}
 
 
 @checked
@@ -145,33 +169,60 @@ class Laboratory(metaclass=Checked):
         """All measures in SI, by name."""
         return Named((measure.name, self.value(measure.name)) for measure in self.measures)
 
-    def to_pandas(self) -> pandas.DataFrame:
-        """A row for each measure, by name: what it is, its value in its unit with all digits, resolution, source.
+    def to_pandas(self, *, measured: MeasuredCurve | None = None) -> pandas.DataFrame:
+        """A row for each number, by name: what it is, its value in its unit with all digits, resolution, source.
 
-        The ``resolution`` is by how much the value may be wrong as it is found, 0 where that is not known. Raises
-        ParameterError without pandas.
+        The ``resolution`` is by how much the value may be wrong as it is found, 0 where that is not known. With a
+        ``measured`` curve a column has its numbers. Raises ParameterError without pandas.
         """
+        numbers = self._numbers
         columns: dict[str, list[Any]] = {
-            "measure": [each.name for each in self.measures],
-            "meaning": [each.meaning for each in self.measures],
-            "value": [self.properties[each.name] * each.factor for each in self.measures],
-            "unit": [each.quantity.unit_shown for each in self.measures],
-            "resolution": [each.resolution(self) * each.factor for each in self.measures],
-            "source": [each.source for each in self.measures],
+            "measure": [each.name for each in numbers],
+            "meaning": [each.meaning for each in numbers],
+            "value": [each.value for each in numbers],
+            "unit": [each.unit for each in numbers],
+            "resolution": [each.resolution for each in numbers],
+            "source": [each.source for each in numbers],
         }
+        if measured is not None:
+            others = _by_name(measured)
+            columns["measured"] = [others[each.name].value if each.name in others else np.nan for each in numbers]
         return data_frame("Laboratory.to_pandas", columns).set_index("measure")
 
-    def to_latex(self) -> str:
+    def to_latex(self, *, measured: MeasuredCurve | None = None) -> str:
         """A table for a paper (LaTeX, package booktabs): at most three digits, and none finer than a measure is known.
 
         A stress that is read from the samples is known to the distance of two of them, a b-value to its standard error.
+        With a ``measured`` curve a column has its numbers, and only what a curve can have is in the table.
         """
-        rows = []
-        for each in self.measures:
-            value, finest = (x * each.factor for x in (self.properties[each.name], each.resolution(self)))
-            text = digits_that_count(value, finest) if np.isfinite(value) else "-"
-            rows.append((latex(each.meaning), latex(text), latex_unit(each.quantity.unit_shown)))
-        return latex_table(("measure", "value", "unit"), rows, "lrl")
+        if measured is None:
+            rows = [(latex(each.meaning), latex(each.text), latex_unit(each.unit)) for each in self._numbers]
+            return latex_table(("measure", "value", "unit"), rows, "lrl")
+        others = _by_name(measured)
+        both = [(each, others[each.name]) for each in self._numbers if each.name in others]
+        beside = [(latex(one.meaning), latex(one.text), latex(two.text), latex_unit(one.unit)) for one, two in both]
+        return latex_table(("measure", "model", "measured", "unit"), beside, "lrrl")
+
+    @cached_property
+    def _numbers(self) -> list[_Number]:
+        """The properties of the test that stand first in any table, and its measures."""
+        own = {each.name for each in self.measures}
+        looks = [self.result.quantity(name) for name in self.result.summary if name not in own]
+        found = [
+            _Number(
+                look.name, ", ".join(filter(None, (look.words, look.meaning))), value * look.factor, look.unit_shown
+            )
+            for look in looks
+            if look.is_main or look.name in OF_ROCK
+            if fits(value := self.result.summary[look.name], float) and np.isfinite(value)
+        ]
+        return found + [
+            _Number(
+                each.name, each.meaning, self.properties[each.name] * each.factor, each.quantity.unit_shown,
+                each.resolution(self) * each.factor, each.source,
+            )
+            for each in self.measures
+        ]  # fmt: skip
 
     @property
     def note(self) -> str:
@@ -217,13 +268,11 @@ class Laboratory(metaclass=Checked):
 
     def _rows(self) -> list[tuple[str, str, str, str]]:
         """Without what does not exist in this test, but for measures of a user."""
-        rows = []
-        for measure in self.measures:
-            value = self.properties[measure.name] * measure.factor
-            unit = "" if measure.unit == "1" else measure.unit
-            if np.isfinite(value) or measure.name not in MEASURES:
-                rows.append((measure.meaning, f"{value:.4g}" if np.isfinite(value) else "-", unit, measure.source))
-        return rows
+        return [
+            (each.meaning, f"{each.value:.4g}" if np.isfinite(each.value) else "-", each.unit, each.source)
+            for each in self._numbers
+            if np.isfinite(each.value) or each.name not in MEASURES
+        ]
 
     def plot(self, panel: str | None = None, *, ax: Any = None) -> Figure:
         """Draw all panels, or one: "thresholds", "growth", "rose", "fragments", "events" or "lost" (energy).
