@@ -245,6 +245,8 @@ def check_how_do_i(page):
     """What each short answer gives, beside what theory or its own input says."""
     assert page["expected"].expected["ucs"][0] == pytest.approx(120e6, rel=0.02)  # the target that it looks for
     assert page["table"]["status"].tolist() == ["finished"] * 6
+    crown = page["tunnel"].moved((0, 10e-3), since="excavate")[1]
+    assert -crown == pytest.approx(page["tunnel"].summary["closure_y"] / 2, rel=0.3)  # and as much from below
     assert page["section"].grains.count == 10
     assert page["cut"] == pytest.approx([0, 9e6, 0])
     force = 4e-6 / 40e-3 * 60e9 * 20e-3  # of rock without contacts, which soften it

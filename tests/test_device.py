@@ -50,6 +50,7 @@ def differing(one, other):
     return [n for n in one.curves if not np.array_equal(one.curves[n], other.curves[n], equal_nan=True)]
 
 
+@pytest.mark.thorough
 def test_a_batch_follows_the_processor():
     """To the last digits: the processor fuses multiplications and additions, Python does not."""
     cases = {"one": rock(8 * MPa, 4, 1), "two": rock(8 * MPa, 5, 2)}
@@ -134,6 +135,7 @@ def tall(cohesion):
     return gl.Run(*rock(cohesion * MPa, 4, 1), crush(6e-3))
 
 
+@pytest.mark.thorough
 def test_a_study_runs_on_a_device_and_stops_where_it_fails(tmp_path):
     """What had finished is kept, and goes on where there is no device."""
     there = Simulated()

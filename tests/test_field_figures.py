@@ -13,7 +13,7 @@ from grainlaw.drawing.grains import FILLS
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import Linear
 from grainlaw.results.crack_pattern import FailurePlane, Rose
-from grainlaw.results.figures.fields import ONE_SIGN, _before
+from grainlaw.results.figures.fields import ONE_SIGN
 from grainlaw.results.fragments import Fragments
 
 GRADIENT = np.array([[2e-4, 1e-4], [-3e-4, 5e-4]])  #: du_i/dx_j
@@ -127,8 +127,28 @@ def test_colours_are_even_about_zero_where_there_are_both_signs(made):
 
 
 def test_a_stage_counts_from_the_last_frame_before_it(made):
-    assert _before(made, None) is _before(made, "before") is None
-    assert _before(made, "after") is made.frames[0]
+    assert made.frame_before("a test", None) is made.frame_before("a test", "before") is None
+    assert made.frame_before("a test", "after") is made.frames[0]
+
+
+def test_a_place_has_moved_as_the_node_nearest_to_it(made):
+    node = int(np.argmin(np.hypot(*(made.mesh.nodes - [0.02, 0.03]).T)))  # the upper right corner
+    assert made.moved((0.02, 0.03), since="after") == pytest.approx(GRADIENT @ made.mesh.nodes[node])
+    assert made.moved((0.0201, 0.0301), frame=0) == pytest.approx([1e-5, 2e-5])
+    for options, words in (
+        (
+            {"place": (0.06, 0.01)},
+            r"moved: place = \(0.06, 0.01\) is not allowed, it must be in the specimen, of x 0 to 0.02",
+        ),
+        ({"place": 5}, "moved: place = 5 is not allowed"),
+        (
+            {"place": (0, 0), "since": "never"},
+            "moved: since = 'never' is not allowed.*a stage that frames have: before, after",
+        ),
+        ({"place": (0, 0), "frame": 2}, "moved: frame = 2 is not allowed"),
+    ):
+        with pytest.raises(gl.ParameterError, match=words):
+            made.moved(**options)
 
 
 def test_a_field_is_drawn_on_the_axes_given(made):

@@ -269,6 +269,7 @@ def test_the_emulator_of_the_package_is_whole():
         assert 0 < fit.error < fit.scatter
 
 
+@pytest.mark.thorough
 @pytest.mark.filterwarnings("ignore:.*is the unit right")
 def test_broken_contacts_without_friction_are_those_of_the_least_that_it_was_taught():
     """That is 0.0002 of the peak's; their own default is none."""

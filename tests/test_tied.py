@@ -89,6 +89,7 @@ def test_waves_in_tied_cells_have_the_speed_of_the_rock():
     assert lowest_frequency(bar(24)) < 0.99 * exact
 
 
+@pytest.mark.thorough
 def test_bits_do_not_depend_on_threads_and_cracks_go_round_what_is_tied(tmp_path):
     """Cells of grains that cannot break: all cracks are between grains, and energy is balanced."""
     cells = Breakable(Voronoi(grains=25, seed=3), VoronoiCells(count=4), seed=3)

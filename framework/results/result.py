@@ -25,9 +25,9 @@ from grainlaw.columns import (
     work_done,
 )
 from grainlaw.contact import dilates, each_law
-from grainlaw.fields import ParameterError, checked_number, checked_whole_number
+from grainlaw.fields import ParameterError, checked_number, checked_vector, checked_whole_number
 from grainlaw.mesh import Mesh
-from grainlaw.messages import nearest
+from grainlaw.messages import nearest, refusal
 from grainlaw.quantity import Quantity
 from grainlaw.results.certificate import doubts, texts
 from grainlaw.results.files import write_atomically
@@ -176,6 +176,36 @@ class Result(metaclass=Checked):
                 f"{where} needs frames, and this result has none: it was saved without them, as by a study"
             )
         return self.frames[checked_whole_number(f"{where}: frame", number, at_least=-count, at_most=count - 1)]
+
+    def frame_before(self, where: str, since: str | None) -> Frame | None:
+        """The last frame before a stage, None before the first and without a stage. Raises as :meth:`frame`."""
+        if since is None:
+            return None
+        stages = [moment.stage for moment in self.frames]
+        if since not in stages:
+            known = ", ".join(dict.fromkeys(stages))
+            raise refusal(f"{where}: since", since, f"a stage that frames have: {known}")
+        first = stages.index(since)
+        return self.frames[first - 1] if first else None
+
+    def moved(self, place: Any, *, frame: int = -1, since: str | None = None) -> np.ndarray:
+        """(2,) m: displacement at a frame of the node that is nearest to a ``place`` (x, y) m before the test.
+
+        ``since`` names a stage, from whose beginning it counts. Raises ParameterError for a place outside the specimen
+        (farther from a node than the longest side of a zone), a frame or a stage that is not there.
+        """
+        moment, begin = self.frame("moved", frame), self.frame_before("moved", since)
+        nodes = self.mesh.nodes
+        away = np.hypot(*(nodes - checked_vector("moved: place", place)).T)
+        nearest_node = int(np.argmin(away))
+        sides = nodes[self.mesh.zones] - nodes[np.roll(self.mesh.zones, 1, axis=1)]
+        if away[nearest_node] > np.hypot(sides[..., 0], sides[..., 1]).max():
+            low, high = nodes.min(axis=0), nodes.max(axis=0)
+            raise refusal(
+                "moved: place", place, f"in the specimen, of x {low[0]:g} to {high[0]:g}, y {low[1]:g} to {high[1]:g} m"
+            )
+        displacement: np.ndarray = moment.displacement[nearest_node]
+        return displacement - begin.displacement[nearest_node] if begin else displacement
 
     def crack_segments(self, frame: int = -1) -> np.ndarray:
         """(k, 2, 2) m, start and end of each crack at a frame, on the deformed specimen and between its two grains.

@@ -56,7 +56,7 @@ def plot_field(
         raise refusal("plot_field: since", since, f"None for {field}: displacement, stress and rotation have it")
     width, height = np.ptp(result.specimen.grains.vertices, axis=0)
     figure, axes = given_or_new("plot_field", ax, (min(10.0, 6.5 * width / height + 2.4), 7.0))
-    begin, look = _before(result, since), _quantity(field)
+    begin, look = result.frame_before("plot_field", since), _quantity(field)
     displacement = moment.displacement - (begin.displacement if begin else 0.0)
     stress = moment.stress - (begin.stress if begin else 0.0)
     moving = moment.velocity if field.startswith("velocity") else displacement
@@ -88,18 +88,6 @@ def _quantity(field: str) -> Quantity:
     if field in STRESSES:
         return Quantity(field, "MPa", words=f"{field.replace('_', ' ')}, tension positive")
     return quantity_of(field)
-
-
-def _before(result: Result, since: str | None) -> Frame | None:
-    """The last frame before a stage; None before the first. Raises ParameterError."""
-    if since is None:
-        return None
-    stages = [moment.stage for moment in result.frames]
-    if since not in stages:
-        known = ", ".join(dict.fromkeys(stages))
-        raise refusal("plot_field: since", since, f"a stage that frames have: {known}")
-    first = stages.index(since)
-    return result.frames[first - 1] if first else None
 
 
 def _part(field: str, vector: np.ndarray) -> np.ndarray:
