@@ -51,29 +51,6 @@ def differing(one, other):
 
 
 @pytest.mark.thorough
-def test_a_batch_follows_the_processor():
-    """To the last digits: the processor fuses multiplications and additions, Python does not."""
-    cases = {"one": rock(8 * MPa, 4, 1), "two": rock(8 * MPa, 5, 2)}
-    there, found = Simulated(), {}
-
-    def work(name):
-        found[name] = gl.simulate(*cases[name], crush(8e-3), device=there, progress=False)
-
-    crew = [threading.Thread(target=work, args=(name,)) for name in cases]
-    for each in crew:
-        each.start()
-    for each in crew:
-        each.join()
-    assert 2 in there.blocks
-    for name, case in cases.items():
-        here = gl.simulate(*case, crush(8e-3), threads=1, progress=False)
-        for column in ("step", "stress", "lateral_strain", "energy_kinetic", "damaged"):
-            one, other = here.curves[column], found[name].curves[column]
-            np.testing.assert_allclose(other, one, rtol=1e-9, atol=1e-9 * np.abs(one).max())
-        assert found[name].curves["damaged"][-1] > 0
-
-
-@pytest.mark.thorough
 def test_portable_code_gives_the_same_bits_on_a_device_and_where_it_goes_on_after_a_failure(tmp_path):
     """Three runs of different size, seed and law in one batch, to beyond failure; one of them stopped in between."""
     code = "import test_device; test_device.in_portable_code()"
@@ -132,7 +109,7 @@ def test_temperatures_on_a_device_are_those_of_the_processor():
 
 
 def tall(cohesion):
-    return gl.Run(*rock(cohesion * MPa, 4, 1), crush(6e-3))
+    return gl.Run(*rock(cohesion * MPa, 4, 1), crush(2e-3))
 
 
 @pytest.mark.thorough

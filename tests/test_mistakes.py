@@ -394,6 +394,22 @@ TOLD = {
 }  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "a calibration needs a table [targets], such as ucs = "),
+        ("[targets]\nucs = '90 MPa'\n", "a calibration needs a table [free], such as cohesion = "),
+    ],
+)
+def test_a_file_of_a_calibration_without_one_of_its_tables_is_refused(text, words, tmp_path):
+    file = tmp_path / "rock.toml"
+    file.write_text(f"[law]\ntype = 'mohr-coulomb'\n{text}", encoding="utf-8")
+    done = invoke("calibrate", file)
+    assert done.exit_code == 2
+    assert words in done.output
+    assert not (tmp_path / "rock").exists()
+
+
 @pytest.mark.parametrize(("mistake", "words"), TOLD.values(), ids=TOLD)
 def test_a_number_that_may_be_a_mistake_is_told_before_any_work(mistake, words, tmp_path):
     """As an error, the warning ends the work where it is given."""

@@ -187,6 +187,26 @@ def test_the_command_of_a_folder_is_called_again(status, arguments, expected, tm
     )  # fmt: skip
 
 
+@pytest.mark.parametrize("name", [".", ".."])
+def test_the_folder_where_one_stands_has_a_name(name, tmp_path, monkeypatch):
+    """It is refused where it holds no run, and written beside itself where it does."""
+    folder = tmp_path / "out"
+    (folder / "within").mkdir(parents=True)
+    monkeypatch.chdir(folder if name == "." else folder / "within")
+    refused = invoke("rerun", name)
+    assert refused.exit_code == 2
+    assert f"{name} holds no run" in refused.output
+
+    @click.command()
+    def make(out):
+        write(out)
+
+    write(folder, command={"name": "make", "arguments": {}})
+    done = CliRunner().invoke(click.Group(commands={"rerun": rerun, "make": make}), ["rerun", name])
+    assert done.exit_code == 0, done.output
+    assert (tmp_path / "out-again" / "curves.csv").exists()
+
+
 def test_files_of_a_law_are_copied_once_with_their_folders(tmp_path):
     home = tmp_path / "home"
     (home / "inner").mkdir(parents=True)

@@ -104,6 +104,9 @@ def calibration_of(
         raise ParameterError(f"{file}: sample.file is not allowed: seeds must make other grains")
     over = {name: value for name, value in (options or {}).items() if value is not None}
     how = evolved(Settings, {**beside["calibration"], **over}, "calibration")
+    for name, example in (("targets", 'ucs = "126 MPa"'), ("free", 'cohesion = ["20 MPa", "60 MPa"]')):
+        if beside[name] == {}:
+            raise ParameterError(f"{file}: a calibration needs a table [{name}], such as {example}")
     targets = targets_of(beside["targets"])
     needed = {SHAPES[test] for test in needed_tests([*targets.given, *(n for n in how.also if n in AIMS)])}
     shapes = {PRISM: sections.get("sample", {})}
@@ -167,7 +170,10 @@ def _value(name: str, given: Any) -> float:
 def _pair(where: str, given: Any, unit: str) -> tuple[float, ...]:
     if not isinstance(given, list) or len(given) != 2:
         raise refusal(where, given, "a list: lowest and highest")
-    return tuple(quantity(each, unit, where) for each in given)
+    low, high = (quantity(each, unit, where) for each in given)
+    if low >= high:
+        raise refusal(where, given, "a list: lowest and highest")
+    return low, high
 
 
 def _tie(where: str, given: Any) -> tuple[str, float]:

@@ -29,8 +29,10 @@ def rerun(context: click.Context, *, folder: Path, out: Path | None) -> None:
     Compares what decided the run (grains, law, test, versions, processor) and all that was recorded. The exit code is 0
     if every number is the same, 1 if not. Law files are those that were copied to FOLDER.
     """
-    out = folder.with_name(f"{folder.resolve().name}-again") if out is None else out
     record = _read(folder / RUN)
+    if out is None:
+        named = folder.resolve() if folder.name in ("", "..") else folder
+        out = named.with_name(f"{named.name}-again")
     try:
         name, arguments = record["command"]["name"], dict(record["command"]["arguments"])
     except KeyError:
