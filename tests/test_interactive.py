@@ -57,7 +57,7 @@ def test_the_page_stands_alone(made):
     assert len(outside) < 10_000
     assert not re.search(r"\b(src|href)=|url\(", outside)
     assert not re.search(r"<script[^>]*\bsrc=", text[text.rindex("<script") :])
-    assert "UniaxialTension: MohrCoulomb" in text
+    assert "Uniaxial tension: MohrCoulomb" in text
 
 
 def test_what_it_holds_is_what_the_result_has(made):

@@ -13,11 +13,13 @@ import pytest
 from support import ROCK, STIFF, STRONG, small_sample
 
 import grainlaw as gl
+from grainlaw import protocols
 from grainlaw.columns import panels_of, quantity_of
 from grainlaw.geometry import Bricks, Hexagonal, disc, rectangle
 from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import DirectShear, PlaneWave, UniaxialCompression
 from grainlaw.quantity import three_digits
+from grainlaw.results.archive import in_words
 from grainlaw.results.figures import report
 from grainlaw.results.figures.report import LIMITS, _components, _rows, write_report
 from grainlaw.results.standard_measures import thresholds
@@ -316,6 +318,17 @@ def test_a_page_has_the_title_given_or_the_test_and_its_laws(result, tmp_path, m
     for title in ("Block 7", ""):
         write_report({"stiff": nothing, "weak": nothing}, tmp_path / "report.html", title=title)
     assert titles == ["Block 7", "Uniaxial compression: stiff, weak"]
+
+
+@pytest.mark.parametrize(
+    ("test", "words"),
+    [
+        (protocols.UniaxialCompression, "Uniaxial compression"), (protocols.ThreePointBending, "Three-point bending"),
+        (protocols.SemiCircularBend, "Semi-circular bend"), (protocols.SplitHopkinson, "Split Hopkinson"),
+    ],
+)  # fmt: skip
+def test_the_name_of_a_test_is_spelt_as_in_the_field(test, words):
+    assert in_words(object.__new__(test)) == words
 
 
 def test_curves_of_one_law_and_of_two_are_told_apart(result):

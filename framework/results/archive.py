@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -63,6 +64,12 @@ READ = (Recorded, RecordedMaterial)
 def called(component: Any) -> str:
     """The name of a component's class."""
     return component.type if isinstance(component, READ) else type(component).__name__
+
+
+def in_words(component: Any) -> str:
+    """``UniaxialCompression`` as "Uniaxial compression"."""
+    words = " ".join(re.findall(r"[A-Z]+[a-z0-9]*", called(component))).capitalize()
+    return words.replace("Three point", "Three-point").replace("Semi circular", "Semi-circular").replace("hopk", "Hopk")
 
 
 def law_name(law: Any) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from grainlaw.arguments import checked
 from grainlaw.columns import TIME, quantity_of
 from grainlaw.fields import ParameterError
-from grainlaw.results.archive import called, law_name
+from grainlaw.results.archive import in_words, law_name
 from grainlaw.results.figures.cracks import RIM, SHEAR, TENSILE, outlines
 from grainlaw.results.figures.pages import write_page
 from grainlaw.results.probe import ContactPath, Probe
@@ -48,7 +48,7 @@ def write_interactive(result: Result, file: str | os.PathLike[str], *, probe: Pr
     script, divisions = components(_panels(result, [] if probe is None else probe.paths))
     resources = Resources(mode="inline", components=["bokeh", "bokeh-widgets"]).render()
     write_page(
-        file, "results/figures/interactive.html", title=f"{called(result.protocol)}: {law_name(result.law)}",
+        file, "results/figures/interactive.html", title=f"{in_words(result.protocol)}: {law_name(result.law)}",
         resources=resources, divisions=divisions, script=script,
     )  # fmt: skip
 
@@ -136,6 +136,7 @@ def _figure(x: str, y: str, **options: Any) -> Any:
 
     look = {"tools": "pan,wheel_zoom,box_zoom,reset,save", "sizing_mode": "stretch_width", "height": HEIGHT}
     made = figure(title="", **look, **options)
+    made.xaxis.ticker.desired_num_ticks = 4  # labels as long as 2.500e+5 stand beside each other on a narrow page
     made.xaxis.axis_label, made.yaxis.axis_label = x, y
     made.toolbar.logo = None
     return made

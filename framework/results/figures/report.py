@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from numbers import Real
 from typing import Any
@@ -15,7 +14,7 @@ import numpy as np
 from grainlaw.columns import quantity_of
 from grainlaw.edge_keys import words_of
 from grainlaw.quantity import Quantity
-from grainlaw.results.archive import READ, called
+from grainlaw.results.archive import READ, called, in_words
 from grainlaw.results.certificate import COST, FAIL, LIMITS, can_fail, fails, has_failed, text_of, warnings_of
 from grainlaw.results.figures.cracks import pressures_side_by_side, side_by_side, temperatures_side_by_side
 from grainlaw.results.figures.curves import plot_report_curves, plot_samples
@@ -51,7 +50,7 @@ def write_report(
     first = next(iter(results.values()))
     every = {f"{law}, seed {seed}": result for law, each in (samples or {}).items() for seed, result in each.items()}
     write_page(
-        file, "results/figures/report.html", title=title or f"{_words(first.protocol)}: {', '.join(results)}",
+        file, "results/figures/report.html", title=title or f"{in_words(first.protocol)}: {', '.join(results)}",
         incomplete=incomplete, doubts=list(warnings_of(every or results)), laws=list(results),
         samples=_all_samples(samples, first) if samples else None, properties=_properties(results),
         has_apparent="apparent_modulus" in first.summary,
@@ -158,7 +157,7 @@ def _components(results: Mapping[str, Result]) -> Iterator[tuple[str, list[list[
             kind = called(law)
             between = f" {words_of(pair)}" if pair != "" else ""
             yield (kind if name == kind else f"{name} ({kind})") + between, _rows(law)
-    yield _words(first.protocol), _rows(first.protocol)
+    yield in_words(first.protocol), _rows(first.protocol)
 
 
 def _specimen_rows(result: Result) -> list[list[str]]:
@@ -227,8 +226,3 @@ def _flat(section: Mapping[str, Any], before: str = "") -> list[list[str]]:
     for name, value in section.items():
         rows += _flat(value, f"{before}{name}.") if isinstance(value, Mapping) else [[f"{before}{name}", str(value)]]
     return rows
-
-
-def _words(component: Any) -> str:
-    """``UniaxialCompression`` as words."""
-    return " ".join(re.findall(r"[A-Z]+[a-z0-9]*", called(component))).capitalize()
