@@ -184,6 +184,15 @@ def test_curves_that_are_no_table_are_refused(curves):
 # --- whose folder it is ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(("status", "words"), [("running", "killed"), ("stopped", "stopped")])
+def test_a_run_that_no_process_does_any_more_was_killed(status, words, tmp_path):
+    (tmp_path / "run.json").write_text(
+        json.dumps({"status": status, "started": "2026-11-27T14:57:10"}), encoding="utf-8"
+    )
+    with pytest.raises(gl.ParameterError, match=rf"holds a run \(of 2026-11-27 14:57, {words}\)"), claimed(tmp_path):
+        pass
+
+
 @pytest.mark.thorough
 def test_a_folder_with_a_run_is_refused_or_replaced(tmp_path):
     (tmp_path / "notes.txt").write_text("mine")

@@ -289,8 +289,8 @@ def with_curves(count=2):
 
 def test_curves_are_drawn_with_characters_in_the_units_of_the_laboratory():
     drawn = as_characters(with_curves(), 40, 8, colored=False)
-    assert "stress (MPa)" in drawn
-    assert "strain (%)" in drawn
+    assert "(stress, MPa) ^" in drawn
+    assert "(strain, %)" in drawn
     lines = [line for line in drawn.splitlines() if re.search("[\u2801-\u28ff]", line)]
     assert len(lines) == 8  # a line from the one corner to the other
     numbers = [float(number) for number in re.findall(r"^ *([\d.]+) \|", drawn, re.M)]

@@ -174,6 +174,7 @@ def _run_of(folder: Path) -> str:
     """What the record of a folder says about its run, in some words."""
     try:
         record = json.loads((folder / RUN).read_text(encoding="utf-8"))
-        return f"of {record['started'][:16].replace('T', ' ')}, {record['status']}"
+        status = "killed" if record["status"] == "running" else record["status"]  # nobody holds the lock
+        return f"of {record['started'][:16].replace('T', ' ')}, {status}"
     except (OSError, ValueError, KeyError, TypeError):
         return "whose record cannot be read"

@@ -68,7 +68,9 @@ def as_characters(seen: Watched, width: int, height: int, *, colored: bool) -> s
     figure.width, figure.height, figure.color_mode, figure.with_colors = width, height, "names", colored
     figure.origin = False
     figure.register_label_formatter(float, lambda value, chars, **_: f"{value:.3g}".rjust(chars))
-    figure.x_label, figure.y_label = (quantity_of(name).heading for name in parts[0].columns)
+    looks = [quantity_of(name) for name in parts[0].columns]
+    # plotille sets its labels in parentheses
+    figure.x_label, figure.y_label = (", ".join(filter(None, (look.words, look.unit_shown))) for look in looks)
     across, up = (sum((list(_shown(part)[k]) for part in parts), [0.0]) for k in (0, 1))
     figure.set_x_limits(min(across), max(across) or 1.0)
     figure.set_y_limits(min(up), max(up) or 1.0)
