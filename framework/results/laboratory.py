@@ -205,9 +205,10 @@ class Laboratory(metaclass=Checked):
 
     @cached_property
     def _numbers(self) -> list[_Number]:
-        """The properties of the test that stand first in any table, and its measures."""
+        """The properties of the test, which stand before the standard measures, and its measures."""
         own = {each.name for each in self.measures}
-        looks = [self.result.quantity(name) for name in self.result.summary if name not in own]
+        is_whole = own >= {each.name for each in self._standard()}
+        looks = [self.result.quantity(name) for name in self.result.summary if is_whole and name not in own]
         found = [
             _Number(
                 look.name, ", ".join(filter(None, (look.words, look.meaning))), value * look.factor, look.unit_shown
