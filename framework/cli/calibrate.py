@@ -105,7 +105,7 @@ def calibration_of(
     over = {name: value for name, value in (options or {}).items() if value is not None}
     how = evolved(Settings, {**beside["calibration"], **over}, "calibration")
     for name, example in (("targets", 'ucs = "126 MPa"'), ("free", 'cohesion = ["20 MPa", "60 MPa"]')):
-        if beside[name] == {}:
+        if not beside[name]:
             raise ParameterError(f"{file}: a calibration needs a table [{name}], such as {example}")
     targets = targets_of(beside["targets"])
     needed = {SHAPES[test] for test in needed_tests([*targets.given, *(n for n in how.also if n in AIMS)])}

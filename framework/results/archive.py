@@ -26,6 +26,8 @@ from grainlaw.tessellation import Tessellation
 
 FORMAT = 3  #: raise when a file of before could not be read any more
 GRAINS = ("vertices", "corners", "first", "phase", "body", "loose", "parent")
+#: parts of names of tests as the field spells them
+SPELT = {"Three point": "Three-point", "Semi circular": "Semi-circular", "hopkinson": "Hopkinson"}
 KINDS: dict[str, type] = {kind.__name__: kind for kind in (Elastic, Rigid, EndPoints, GaussPoints, InsetPoints)}
 
 
@@ -69,7 +71,9 @@ def called(component: Any) -> str:
 def in_words(component: Any) -> str:
     """``UniaxialCompression`` as "Uniaxial compression"."""
     words = " ".join(re.findall(r"[A-Z]+[a-z0-9]*", called(component))).capitalize()
-    return words.replace("Three point", "Three-point").replace("Semi circular", "Semi-circular").replace("hopk", "Hopk")
+    for plain, spelt in SPELT.items():
+        words = words.replace(plain, spelt)
+    return words
 
 
 def law_name(law: Any) -> str:

@@ -50,9 +50,7 @@ class _Number(NamedTuple):
         return digits_that_count(self.value, self.resolution) if np.isfinite(self.value) else "-"
 
 
-def _by_name(measured: MeasuredCurve | None) -> dict[str, _Number]:
-    if measured is None:
-        return {}
+def _by_name(measured: MeasuredCurve) -> dict[str, _Number]:
     if not isinstance(measured, MeasuredCurve):
         raise refusal("Laboratory: measured", measured, "what gl.read_curve returns")
     return {each.name: each for each in measured.laboratory._numbers}

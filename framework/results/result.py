@@ -197,15 +197,15 @@ class Result(metaclass=Checked):
         moment, begin = self.frame("moved", frame), self.frame_before("moved", since)
         nodes = self.mesh.nodes
         away = np.hypot(*(nodes - checked_vector("moved: place", place)).T)
-        nearest_node = int(np.argmin(away))
+        node = int(np.argmin(away))
         sides = nodes[self.mesh.zones] - nodes[np.roll(self.mesh.zones, 1, axis=1)]
-        if away[nearest_node] > np.hypot(sides[..., 0], sides[..., 1]).max():
+        if away[node] > np.hypot(sides[..., 0], sides[..., 1]).max():
             low, high = nodes.min(axis=0), nodes.max(axis=0)
             raise refusal(
                 "moved: place", place, f"in the specimen, of x {low[0]:g} to {high[0]:g}, y {low[1]:g} to {high[1]:g} m"
             )
-        displacement: np.ndarray = moment.displacement[nearest_node]
-        return displacement - begin.displacement[nearest_node] if begin else displacement
+        moved: np.ndarray = moment.displacement[node] - (begin.displacement[node] if begin else 0.0)
+        return moved
 
     def crack_segments(self, frame: int = -1) -> np.ndarray:
         """(k, 2, 2) m, start and end of each crack at a frame, on the deformed specimen and between its two grains.

@@ -33,13 +33,13 @@ def plot_paths(paths: Sequence[ContactPath]) -> Figure:
         return _plot_many(paths)
     figure = Figure(figsize=(13.5, 4.4 * max(len(paths), 1)), layout="constrained")
     rows = figure.subfigures(max(len(paths), 1), 1, squeeze=False)[:, 0]
-    for row, path, envelope_of_law in zip(rows, paths, _strengths(paths), strict=False):
+    for row, path, law_strength in zip(rows, paths, _strengths(paths), strict=False):
         pull, shear, strength = row.subplots(1, 3)
         contact = alone(path.law)
         with np.errstate(all="ignore"):
             _pull(pull, contact, path)
             _shear(shear, contact, path)
-            _strength(strength, path, envelope_of_law)
+            _strength(strength, path, law_strength)
         x, y = path.position * 1e3
         a, b = path.grains
         row.suptitle(f"contact {path.point}, grains {a} and {b}, at ({x:.1f}, {y:.1f}) mm: {_end(path)}")
@@ -109,19 +109,17 @@ def _shear(axes: Axes, contact: Contact, path: ContactPath) -> None:
 
 def _strengths(paths: Sequence[ContactPath]) -> list[Envelope]:
     """The strength of the law of each path, found once for a law, as far as any of its contacts was pressed."""
-    laws: list[ContactLaw] = []
-    highest: list[float] = []
+    laws: list[ContactLaw] = []  # they can be compared, but have no hash
     for path in paths:
         if path.law not in laws:
             laws.append(path.law)
-            highest.append(0.0)
-        which = laws.index(path.law)
-        highest[which] = max(highest[which], -float(path.normal.min()))
+
+    def strength(law: ContactLaw) -> Envelope:
+        highest = max(-float(path.normal.min()) for path in paths if path.law == law)
+        return envelope(law, max(1.1 * highest, fitting_pressures(alone(law))[1]))
+
     with np.errstate(all="ignore"):
-        found = [
-            envelope(law, max(1.1 * pressure, fitting_pressures(alone(law))[1]))
-            for law, pressure in zip(laws, highest, strict=True)
-        ]
+        found = [strength(law) for law in laws]
     return [found[laws.index(path.law)] for path in paths]
 
 
