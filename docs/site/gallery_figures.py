@@ -5,8 +5,9 @@ from sphinx_gallery.scrapers import figure_rst
 
 #: as one would read them first
 EXAMPLES = (
-    "compare_laws", "own_law", "tension_crack", "elastic_constants", "brazilian", "envelope", "textures", "foliation",
-    "bimetal", "thermal_shock", "fatigue", "tunnel", "hydraulic_fracturing", "incline", "hopkinson", "study",
+    "compare_laws", "own_law", "tension_crack", "acoustic_events", "elastic_constants", "slit", "brazilian", "envelope",
+    "textures", "foliation", "bimetal", "thermal_shock", "fatigue", "tunnel", "hydraulic_fracturing", "incline",
+    "hopkinson", "study",
 )  # fmt: skip
 
 
