@@ -16,6 +16,7 @@ FAST = ["--quick", "--grains", "30"]
 FEW = ["--quick", "--grains", "20"]
 FASTER = "test.loading={type='constant', speed=0.3}"
 FASTEST = ["--set", "test.samples=60", "--set", "test.loading={type='constant', speed=0.5}"]
+WEAK = ["--set", "law.tensile_strength=3 MPa", "--set", "law.mode_i_energy=1", "--set", "law.mode_ii_energy=10"]
 COMMANDS = {
     "test": ["test", "uniaxial-compression", *FAST, "--set", FASTER, "--set", "test.samples=150"],
     "compare": ["compare", *FAST, "--seeds", "1,2", "--speed", "0.3", "--max-strain", "0.006"],
@@ -30,6 +31,16 @@ COMMANDS = {
         "test", "creep", *FEW, "--set", "test.load=60 MPa", "--set", "test.duration=1e3", "--set", "law.rate=1e-3"
     ],
     "water": ["test", "saturated", *FEW, "--set", "test.pressure=2 MPa"],
+    "flow": [
+        "test", "hydraulic-fracturing", *FEW, *WEAK, "--set", "test.viscosity=1 mPa s",
+        "--set", "test.residual_aperture=2 um", "--set", "test.samples=100", "--set", "test.largest_volume=6 mm2",
+    ],
+    "shock": [
+        "test", "thermal-shock", *FEW, *WEAK, "--set", "test.hot=300", "--set", "test.duration=2",
+        "--set", "rock.type=thermal", "--set", "rock.expansion=1e-5",
+        "--set", "rock.conductivity=3", "--set", "rock.heat_capacity=800",
+        "--set", "rock.material={type='elastic', youngs_modulus=60e9, poissons_ratio=0.25, density=2700}",
+    ],
     "breakable grains": [
         "test", "uniaxial-compression", "--quick", "--grains", "12", *FASTEST,
         "--set", "sample.breakable={type='trigons', count=6}",
@@ -210,7 +221,7 @@ def lose_power(folder, forced, rng):
 @pytest.mark.slow
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="names of open files are those of Linux")
 @pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("command", ["test", "water", "heating", "envelope"])
+@pytest.mark.parametrize("command", ["test", "water", "flow", "shock", "heating", "envelope"])
 def test_what_is_promised_outlasts_a_loss_of_power(command, seed, tmp_path, reference, notes):
     """It goes on to the same files, from the last checkpoint or the cases that are done."""
     (unstopped, duration), rng = reference(command), np.random.default_rng(seed)
