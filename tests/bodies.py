@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 
+import attrs
 import numpy as np
 from support import state_of
 
@@ -14,7 +16,7 @@ from grainlaw.engine.ledger import energies
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import advance
-from grainlaw.geometry import block, moved, together
+from grainlaw.geometry import block, from_polygons, moved, together
 from grainlaw.laws import Friction
 
 RIGID = gl.Rigid(density=2600)
@@ -27,6 +29,21 @@ def box(width, height, left=0.0, bottom=0.0, name="box"):
     """A rectangle whose lower left corner is at ``left, bottom``."""
     right, top = left + width, bottom + height
     return block([(left, bottom), (right, bottom), (right, top), (left, top)], name)
+
+
+def sectors(radii, count):
+    """Rings between radii (m), cut into ``count`` sectors; boundaries "hole" and "boundary", the joint "axes"."""
+    angles = np.linspace(0, 2 * np.pi, count + 1)
+    ray = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    cells = [
+        [p * ray[k], q * ray[k], q * ray[k + 1], p * ray[k + 1]]
+        for p, q in itertools.pairwise(radii)
+        for k in range(count)
+    ]
+    grains = from_polygons(cells, holes=True)
+    pairs = np.stack([grains.edges.start, grains.edges.end], axis=1)
+    on_axis = (np.abs(grains.vertices[pairs]) < 1e-9 * radii[-1]).all(axis=1).any(axis=1)
+    return attrs.evolve(grains, joints={"axes": pairs[on_axis]})
 
 
 def turned(width, height, degrees, centre=(0.0, 0.0), name="box"):

@@ -1,12 +1,12 @@
 """Heat that is conducted against closed forms: slab, disc, contacts in series, thermal stress; its balance and bits."""
 
-import itertools
 import re
 
 import attrs
 import numpy as np
 import pytest
 import pyvista
+from bodies import sectors
 from device_simulator import Simulated
 from scipy import special
 from scipy.optimize import brentq
@@ -14,7 +14,7 @@ from support import small_sample, state_of
 from test_injection import Late
 
 import grainlaw as gl
-from grainlaw.geometry import Bricks, Voronoi, disc, from_polygons, rectangle
+from grainlaw.geometry import Bricks, Voronoi, disc, rectangle
 from grainlaw.laws import Friction, Linear, MohrCoulomb
 from grainlaw.materials import QUARTZ, Thermal
 from grainlaw.protocols import Heating
@@ -357,17 +357,11 @@ def in_polar_axes(place, stress):
 @pytest.mark.thorough
 def test_the_rock_round_a_heated_hole():
     """Steady, T falls with ln r; stresses of a ring (Timoshenko and Goodier 1970, Art. 151)."""
-    inner, outer, sectors = 2e-3, 8e-3, 48
-    radii, angles = np.geomspace(inner, outer, 9), np.linspace(0, 2 * np.pi, sectors + 1)
-    ray = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    cells = [
-        [p * ray[k], q * ray[k], q * ray[k + 1], p * ray[k + 1]]
-        for p, q in itertools.pairwise(radii)
-        for k in range(sectors)
+    inner, outer = 2e-3, 8e-3
+    specimen, last = gl.Specimen(sectors(np.geomspace(inner, outer, 9), 48), ROCK, refinement=1), Last()
+    ends = [
+        gl.loads.FixedTemperature(boundary=name, temperature=at) for name, at in (("hole", HOT), ("boundary", 20.0))
     ]
-    specimen, last = gl.Specimen(from_polygons(cells, holes=True), ROCK, refinement=1), Last()
-    hole, outside = sorted(specimen.mesh.boundaries, key=specimen.mesh.boundary_lengths.get)
-    ends = [gl.loads.FixedTemperature(boundary=name, temperature=at) for name, at in ((hole, HOT), (outside, 20.0))]
     heat = gl.loads.Conduction(duration=2 * outer**2 / DIFFUSIVITY, step=1.0)
     result = run(specimen, [heat, *ends], observers=[last], time=2e-4)
     r = np.hypot(*middles(specimen).T)

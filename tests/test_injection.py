@@ -3,6 +3,7 @@
 import attrs
 import numpy as np
 import pytest
+from bodies import sectors
 from scipy.optimize import brentq
 from support import ROCK, STIFF, STRONG
 
@@ -228,6 +229,24 @@ def test_the_first_crack_is_near_that_of_an_elastic_plate(stress):
     x, y = found.cracks.position[0]
     assert np.hypot(x, y) < 0.015
     assert stress[0] == stress[1] or abs(y) < 0.3 * abs(x)
+
+
+@pytest.mark.thorough
+@pytest.mark.filterwarnings("ignore::grainlaw.geometry.SliverWarning")
+@pytest.mark.parametrize(("xx", "expected", "axes"), [(-6.8e6, 12.0e6, [0]), (-4.6e6, 14.2e6, [0, 1])])
+def test_a_hole_in_a_solid_breaks_where_theory_says(xx, expected, axes):
+    """3 times the least stress less the largest, and the strength (Hubbert and Willis 1957).
+
+    The only joints of a solid plate of 80 radii are on both axes, so no uneven grains concentrate the stress.
+    """
+    plate = gl.Specimen(sectors(np.geomspace(50e-3, 4.0, 38), 48), STIFFER, tied=["between"])
+    joint = MohrCoulomb(
+        kn=5e14, ks=5e14, tensile_strength=5e6, cohesion=24e6, friction_angle=38, residual_friction_angle=38
+    )
+    test = HydraulicFracturing(xx=xx, yy=-4.6e6, rate=2e-2, largest_volume=1e-4, samples=2000)
+    found = gl.simulate(plate, joint, test, detection=None, progress=False, frames=2)
+    assert found.summary["initiation_pressure"] == pytest.approx(expected, rel=0.02)
+    assert sorted(set(np.abs(found.cracks.position).argmax(axis=1))) == axes
 
 
 # --- refusals ---------------------------------------------------------------------------------------------------------
