@@ -50,7 +50,7 @@ def advance(state: State, integrator: Compiled, steps: int, *, threads: Crew = 1
         imposed = schedule[done : done + some]
         start = time.perf_counter()
         if some:
-            step.take_temperature(state.materials.arrays, *temperatures[done])
+            state.materials.take_course(*temperatures[done])
         own = np.empty((count, schedule.shape[1]))
         chunk = step.Chunk(some, state.steps, state.time_step, imposed, own, integrator.address, numbers.ctypes.data)
         if isinstance(threads, Gpu) and not some:
