@@ -3,7 +3,9 @@
 python tests/validation/water_study.py [--write | --check]
 """
 
+import sys
 from functools import cache, partial
+from pathlib import Path
 
 import attrs
 import numpy as np
@@ -14,12 +16,17 @@ from study_tables import DOCS, Table, main
 import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import CohesiveCrack, Friction, Linear, LinearSoftening
-from grainlaw.protocols import DirectShear, Saturated
+from grainlaw.protocols import DirectShear, HydraulicFracturing, Saturated
+
+sys.path.append(str(Path(__file__).parents[1]))
+from bodies import sectors
 
 HALF = 10e-3  #: m, of the crack
 ROCK = gl.Elastic(youngs_modulus=60e9, poissons_ratio=0.25, density=2700)
-KN = KS = 1e15
+MODULUS = ROCK.youngs_modulus / (1 - ROCK.poissons_ratio**2)  #: Pa, E', of plane strain
+KN = 1e15
 PRESSURE = 10e6  #: Pa
+GROWTH = 1.15  #: of a brick over that before it
 
 
 @attrs.frozen(kw_only=True)
@@ -53,36 +60,35 @@ class Pressurize(gl.LoadingProtocol):
         return {"wet": int(curves["wet"][-1])}
 
 
-def plate(across, along, half=HALF, seam=False):
-    """Half of a square plate ``across`` times as wide as 2 ``HALF``, with ``along`` bricks on ``HALF``.
+def grown(size, count, to):
+    """Sizes of bricks from a crack to ``to``: ``count`` of ``size``, then each larger than the one before."""
+    sizes = [size]
+    while count * size + sum(sizes[1:]) < to:
+        sizes.append(min(GROWTH * sizes[-1], to / 15))
+    larger = np.array(sizes[1:])
+    return [size] * count + list(larger * (to - count * size) / larger.sum())
 
-    The crack has the half-length ``half``; what is beyond it in its row is the joint "seam" if asked for.
+
+def plate(size, width, half, fine):
+    """Half of a tied square plate, 2 ``width`` wide: only its middle row is a joint, of the crack up to ``half``.
+
+    Bricks have the ``size`` along the row up to ``fine``, and in three rows on either side; the others are larger. What
+    is beyond the crack in its row is the joint "seam".
     """
-    count, size = across * along, across * HALF
-    grains = Bricks(rows=2 * count, columns=count).tessellate(rectangle(size, 2 * size))
+    up, along = grown(size, 3, width), grown(size, round(fine / size), width)
+    grains = Bricks(rows=[*up[::-1], *up], columns=along).tessellate(rectangle(width, 2 * width))
     edges = grains.edges
-    ends = grains.vertices[np.stack([edges.start, edges.end], axis=1)]
-    row, inner = (np.abs(ends[:, :, 1] - size) < 1e-9).all(axis=1), (ends[:, :, 0] < half + 1e-9).all(axis=1)
     pairs = np.stack([edges.start, edges.end], axis=1)
-    joints = {"crack": pairs[row & inner], **({"seam": pairs[row & ~inner]} if seam else {})}
-    return gl.Specimen(attrs.evolve(grains, joints=joints), ROCK)
-
-
-def widest(spacing):
-    """m over Pa, 4 a / E*: Sneddon's (1946), with the modulus of a plate whose two sets of joints comply.
-
-    1 / E* by Sih, Paris and Irwin (1965) from the compliances of plane strain; without joints (1 - nu^2) / E.
-    """
-    e, nu = ROCK.youngs_modulus, ROCK.poissons_ratio
-    b11 = (1 - nu**2) / e + 1 / (KN * spacing)
-    b12, b66 = -nu * (1 + nu) / e, 2 * (1 + nu) / e + 2 / (KS * spacing)
-    return 4 * HALF * np.sqrt(b11 * b11 / 2) * np.sqrt(1 + (2 * b12 + b66) / (2 * b11))
+    ends = grains.vertices[pairs]
+    row, inner = (np.abs(ends[:, :, 1] - width) < 1e-9).all(axis=1), (ends[:, :, 0] < half + 1e-9).all(axis=1)
+    joints = {"crack": pairs[row & inner], "seam": pairs[row & ~inner]}
+    return gl.Specimen(attrs.evolve(grains, joints=joints), ROCK, tied=["between"])
 
 
 @cache
 def opened(across, along, far=0.0):
-    specimen = plate(across, along)
-    laws = {"crack": Friction(kn=KN, ks=KS, friction_angle=30), ...: Linear(kn=KN, ks=KS)}
+    specimen = plate(HALF / along, across * HALF, HALF, 2 * HALF)
+    laws = {"crack": Friction(kn=KN, ks=KN, friction_angle=30), "seam": Linear(kn=KN, ks=KN)}
     result = gl.simulate(specimen, laws, Pressurize(far=far), detection=None, frames=2)
     frame, bonds = result.frames[-1], result.interfaces
     place = specimen.mesh.nodes[bonds]
@@ -95,10 +101,10 @@ def opened(across, along, far=0.0):
 
 def crack(across, along, far=0.0):
     result, x, opening = opened(across, along, far)
-    theory = widest(HALF / along) * (PRESSURE - far) * np.sqrt(1 - (x / HALF) ** 2)
+    theory = 4 * HALF / MODULUS * (PRESSURE - far) * np.sqrt(1 - (x / HALF) ** 2)
     middle = x < HALF / 2
     return (
-        f"{across * along * across * along * 2:,}",
+        f"{result.specimen.grains.count:,}",
         f"{opening[middle].mean() * 1e6:.3f}",
         f"{theory[middle].mean() * 1e6:.3f}",
         f"{100 * (np.mean(opening[middle] / theory[middle]) - 1):+.1f}",
@@ -132,13 +138,46 @@ def friction(pressure):
     )
 
 
+# --- a hole that is pumped until it breaks ----------------------------------------------------------------------------
+
+HARD = gl.Elastic(youngs_modulus=35e9, poissons_ratio=0.27, density=2500)
+HOLE, FAR = 50e-3, 4.0  #: m, radii of the hole and of the plate
+TENSILE = 5e6  #: Pa
+
+
+def breakdown(cells, xx, yy, energy):
+    """A tied plate, whose only joints lie on both axes; ``cells`` stand round the hole."""
+    count = round(np.log(FAR / HOLE) / np.log1p(2 * np.pi / cells))
+    plate = gl.Specimen(sectors(np.geomspace(HOLE, FAR, count + 1), cells), HARD, tied=["between"])
+    stiffness = 1e13 * cells
+    bond = CohesiveCrack(
+        kn=stiffness, ks=stiffness, tensile_strength=TENSILE, cohesion=24e6, friction_angle=38,
+        residual_friction_angle=38, mode_i_energy=energy, mode_ii_energy=10 * energy, softening=LinearSoftening(),
+    )  # fmt: skip
+    test = HydraulicFracturing(xx=-xx, yy=-yy, rate=2e-2, largest_volume=1e-4, samples=2000)
+    found = gl.simulate(plate, bond, test, detection=None, frames=2)
+    first, expected = found.summary["initiation_pressure"], 3 * min(xx, yy) - max(xx, yy) + TENSILE
+    x, y = np.abs(found.cracks.position[0])
+    return (
+        f"{first / 1e6:.2f}",
+        f"{expected / 1e6:.2f}",
+        f"{100 * (first / expected - 1):+.1f}",
+        "x" if x > y else "y",
+        f"{found.summary['breakdown_pressure'] / 1e6:.1f}",
+        f"{found.summary['energy_error']:.0e}",
+    )
+
+
 # --- a crack that is pumped open (Khristianovich, Geertsma and de Klerk) ----------------------------------------------
 
+WIDTH, FINE = 0.6, 80e-3  #: m, of half of the plate, and of its row of small bricks
 RATE = 4e-3  #: m2/s, into both wings
 START = 30e-3  #: m, half-length of the crack that a thin fluid makes longer
-TOUGHNESS, STRENGTHS = 10e6, {1: 60e6, 2: 80e6}  #: Pa m^0.5; Pa, by bricks on 10 mm
+TOUGHNESS = 10e6  #: Pa m^0.5
+ZONE = 3.5  #: bricks in (toughness / strength)^2, by which the strength is chosen
+STIFF = 2.5e12  #: Pa, stiffness of the bonds times the size of the bricks
 THIN, THICK = 1e-6, 1e-3  #: Pa s
-CLOSING = 50e6  #: Pa, across the crack that a thick fluid opens
+CLOSING = 100e6  #: Pa, across the crack that a thick fluid opens
 WINDOW = 40e-3, 55e-3  #: m, half-lengths by theory between which it is compared
 
 
@@ -149,6 +188,8 @@ class Grow(gl.LoadingProtocol):
     viscosity: float = gl.parameter("Pa s")
     entry_damage: float = gl.parameter("1", default=1.0)
     far: float = gl.parameter("Pa", default=0.0, at_least=0)  #: stress across the crack
+    aperture: float = gl.parameter("m", default=1e-6)  #: residual, of closed joints
+    bulk_modulus: float = gl.parameter("Pa", default=5e9)  #: of the fluid
     time: float = gl.parameter("s")
 
     def stages(self, specimen):
@@ -158,8 +199,9 @@ class Grow(gl.LoadingProtocol):
         ]
         far = [gl.loads.Traction(boundary=name, stress=(0.0, -self.far, 0.0)) for name in ("bottom", "top") if self.far]
         pump = gl.loads.Injection(
-            boundary="left", rate=RATE / 2, ramp=self.time / 50, bulk_modulus=5e9, viscosity=self.viscosity,
-            residual_aperture=1e-6, entry_damage=self.entry_damage, volume=1e-9, cracks_only=True,
+            boundary="left", rate=RATE / 2, ramp=self.time / 50, bulk_modulus=self.bulk_modulus,
+            viscosity=self.viscosity, residual_aperture=self.aperture, entry_damage=self.entry_damage,
+            volume=1e-9, cracks_only=True,
         )  # fmt: skip
         rising = [attrs.evolve(load, ramp=1e-3) for load in far]
         press = gl.Stage(
@@ -195,34 +237,38 @@ class Grow(gl.LoadingProtocol):
 
 
 @cache
-def thin(along, entry_damage=1e-3):
+def thin(size, entry_damage=1e-3):
     """A fluid so thin that it has one pressure opens a row of cohesive bonds, and enters their cohesive zone."""
-    energy = TOUGHNESS**2 * widest(HALF / along) / (4 * HALF)
+    energy, strength, stiffness = TOUGHNESS**2 / MODULUS, TOUGHNESS / np.sqrt(ZONE * size), STIFF / size
     seam = CohesiveCrack(
-        kn=KN, ks=KS, tensile_strength=STRENGTHS[along], cohesion=10 * STRENGTHS[along], friction_angle=30,
+        kn=stiffness, ks=stiffness, tensile_strength=strength, cohesion=10 * strength, friction_angle=30,
         residual_friction_angle=30, mode_i_energy=energy, mode_ii_energy=10 * energy, softening=LinearSoftening(),
     )  # fmt: skip
-    laws = {"crack": Friction(kn=KN, ks=KS, friction_angle=30), "seam": seam, ...: Linear(kn=KN, ks=KS)}
+    laws = {"crack": Friction(kn=stiffness, ks=stiffness, friction_angle=30), "seam": seam}
     test = Grow(viscosity=THIN, entry_damage=entry_damage, time=1.9e-3)
-    return gl.simulate(plate(40, along, half=START, seam=True), laws, test, detection=None, frames=2)
+    return gl.simulate(plate(size, WIDTH, START, FINE), laws, test, detection=None, frames=2)
 
 
 @cache
-def thick(along):
-    """A thick fluid opens a joint without strength under a stress."""
-    laws = {"crack": Friction(kn=KN, ks=KS, friction_angle=30), ...: Linear(kn=KN, ks=KS)}
-    test = Grow(viscosity=THICK, far=CLOSING, time=1.15e-3)
-    return gl.simulate(plate(40, along, half=100e-3), laws, test, detection=None, frames=2)
+def thick(size):
+    """A thick fluid opens a joint without strength under a stress.
+
+    So high that the part of the crack without fluid is short: time over 12 mu E'^2 / stress^3 is above 14 (Garagash
+    2006). The residual aperture is so small that little fluid flows ahead in the closed joint.
+    """
+    laws = {"crack": Friction(kn=KN, ks=KN, friction_angle=30), "seam": Linear(kn=KN, ks=KN)}
+    test = Grow(viscosity=THICK, far=CLOSING, aperture=2e-7, bulk_modulus=2e10, time=1.15e-3)
+    return gl.simulate(plate(size, WIDTH, 1.25 * FINE, FINE), laws, test, detection=None, frames=2)
 
 
-def by_toughness(time, modulus):
+def by_toughness(time):
     """Half-length, opening and pressure at the inlet where toughness rules: p = K / sqrt(pi a), both wings hold all."""
-    half = (modulus * RATE * time / (2 * np.sqrt(np.pi) * TOUGHNESS)) ** (2 / 3)
+    half = (MODULUS * RATE * time / (2 * np.sqrt(np.pi) * TOUGHNESS)) ** (2 / 3)
     pressure = TOUGHNESS / np.sqrt(np.pi * half)
-    return half, 4 * pressure * half / modulus, pressure
+    return half, 4 * pressure * half / MODULUS, pressure
 
 
-def by_viscosity(time, modulus):
+def by_viscosity(time):
     """The same where viscosity rules, without toughness: Adachi and Detournay (2002), to first order."""
     a0, a1, b = np.sqrt(3), -0.156, 0.0663
 
@@ -233,24 +279,24 @@ def by_viscosity(time, modulus):
         )
 
     gamma = 1 / np.sqrt(2 * quad(opening, 0, 1)[0])  # the volume of both wings
-    small = (12 * THICK / (modulus * time)) ** (1 / 3)
-    length = (modulus * RATE**3 * time**4 / (12 * THICK)) ** (1 / 6)
+    small = (12 * THICK / (MODULUS * time)) ** (1 / 3)
+    length = (MODULUS * RATE**3 * time**4 / (12 * THICK)) ** (1 / 6)
     inlet = a0 + a1 + 4 * b, beta(1 / 2, 2 / 3) / (3 * np.pi) * (a0 + 10 / 7 * a1) + 2 * b
-    return gamma * length, gamma * inlet[0] * small * length, inlet[1] * small * modulus
+    return gamma * length, gamma * inlet[0] * small * length, inlet[1] * small * MODULUS
 
 
-def over_theory(run, along, theory, far, *lengths):
+def over_theory(run, size, theory, far, *lengths):
     """Means, lowest and highest of what was found over theory, while that has a half-length within ``WINDOW``."""
-    result = run(along)
+    result = run(size)
     curves = result.curves
     pumping = (curves["stage"] == curves["stage"][-1]) & (curves["pumped"] > 0)
-    half, width, pressure = theory(curves["pumped"][pumping], 4 * HALF / widest(HALF / along))
+    half, width, pressure = theory(curves["pumped"][pumping])
     seen = (half > WINDOW[0]) & (half < WINDOW[1])
     pairs = [(curves[name], half) for name in lengths]
     pairs += [(curves["width"], width), (curves["pressure"] - far, pressure)]
     ratios = [(found[pumping] / expected)[seen] for found, expected in pairs]
-    cells = [f"{ratio.mean():.2f} ({ratio.min():.2f} to {ratio.max():.2f})" for ratio in ratios]
-    return f"{2 * (40 * along) ** 2:,}", *cells, f"{result.summary['energy_error']:.0e}"
+    cells = [f"{ratio.mean():.3f} ({ratio.min():.2f} to {ratio.max():.2f})" for ratio in ratios]
+    return f"{result.specimen.grains.count:,}", *cells, f"{result.summary['energy_error']:.0e}"
 
 
 PAGE = DOCS / "water.md"
@@ -260,7 +306,7 @@ TABLES = [
         name="pressurised crack",
         columns=("plate over crack, bricks in half of it", "bricks", "opening (µm)", "Sneddon (µm)", "error (%)",
                  "error of the energies"),
-        rows={f"{w}, {n}": partial(crack, w, n) for w, n in ((5, 4), (10, 4), (20, 4), (5, 8), (10, 8), (5, 16))},
+        rows={f"{w}, {n}": partial(crack, w, n) for w, n in ((5, 4), (10, 4), (20, 4), (20, 8), (20, 16), (20, 32))},
         firm=("opening (µm)", "Sneddon (µm)"),
         checked=("5, 4",),
     ),
@@ -283,26 +329,46 @@ TABLES = [
     ),
     Table(
         page=PAGE,
+        name="breakdown",
+        columns=("stress along x, y (MPa); fracture energy (J/m2); cells round the hole", "first damage (MPa)",
+                 "Hubbert and Willis (MPa)", "error (%)", "first crack along", "breakdown (MPa)",
+                 "error of the energies"),
+        rows={
+            f"{xx / 1e6:g}, {yy / 1e6:g}; {energy}; {cells}": partial(breakdown, cells, xx, yy, energy)
+            for cells, xx, yy, energy in ((48, 6.8e6, 4.6e6, 10), (96, 6.8e6, 4.6e6, 10), (48, 6.8e6, 4.6e6, 80),
+                                          (48, 4.6e6, 4.6e6, 10), (48, 4.6e6, 6.8e6, 10))
+        },
+        firm=("first damage (MPa)", "breakdown (MPa)"),
+        checked=("6.8, 4.6; 10; 48",),
+    ),
+    Table(
+        page=PAGE,
         name="thin fluid",
         columns=("brick (mm)", "bricks", "half-length to the end of the broken points", "of the cohesive zone",
                  "opening", "pressure", "error of the energies"),
         rows={
-            **{f"{10 / n:g}": partial(over_theory, thin, n, by_toughness, 0.0, "torn", "softened") for n in (1, 2)},
-            "10, the cohesive zone dry": partial(
-                over_theory, partial(thin, entry_damage=1.0), 1, by_toughness, 0.0, "torn", "softened"
+            **{
+                f"{1e3 * size:g}": partial(over_theory, thin, size, by_toughness, 0.0, "torn", "softened")
+                for size in (2.5e-3, 1.25e-3, 0.625e-3)
+            },
+            "2.5, the cohesive zone dry": partial(
+                over_theory, partial(thin, entry_damage=1.0), 2.5e-3, by_toughness, 0.0, "torn", "softened"
             ),
         },
         firm=("opening", "pressure"),
-        checked=("10",),
+        checked=("2.5",),
     ),
     Table(
         page=PAGE,
         name="thick fluid",
         columns=("brick (mm)", "bricks", "half-length of the open points", "opening", "pressure",
                  "error of the energies"),
-        rows={f"{10 / n:g}": partial(over_theory, thick, n, by_viscosity, CLOSING, "open") for n in (1, 2)},
+        rows={
+            f"{1e3 * size:g}": partial(over_theory, thick, size, by_viscosity, CLOSING, "open")
+            for size in (5e-3, 2.5e-3, 1.25e-3)
+        },
         firm=("opening", "pressure"),
-        checked=("10",),
+        checked=("5",),
     ),
 ]  # fmt: skip
 
