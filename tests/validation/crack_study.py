@@ -122,7 +122,7 @@ def half_disc(grains, stiffness):
 
 
 def pressurised(along):
-    """The crack of docs/water.md, whose other half lies beyond the left edge."""
+    """The crack of docs/tables/water.md, whose other half lies beyond the left edge."""
     result, _, _ = opened(20, along)
     whole = gl.Specimen(Bricks().tessellate(rectangle(HALF, HALF)), ROCK, tied=...)
     tips = [[gl.CrackTip(position=(HALF, 20 * HALF), inner=4 * mm, outer=8 * mm)]]

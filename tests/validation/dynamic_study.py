@@ -1,4 +1,4 @@
-"""Tests with waves against closed forms, and strength over strain rate: tables of docs/waves.md.
+"""Tests with waves against closed forms, and strength over strain rate: tables of docs/tables/waves.md.
 
 python tests/validation/dynamic_study.py [--write | --check]
 """
@@ -22,7 +22,7 @@ from bars import ROCK, broken_up, fragment_size, met, slipped, slips
 from support import STRONG
 from test_split_hopkinson import errors
 
-PAGE = DOCS / "waves.md"
+PAGE = DOCS / "tables/waves.md"
 warnings.filterwarnings("ignore", category=gl.UnitWarning)  # bricks as if of a piece; ends that are fast
 
 # --- closed forms ----------------------------------------------------------------------------------------------------
@@ -142,7 +142,7 @@ TABLES = [
         checked=("1",),
     ),
     Table(
-        page=PAGE,
+        page=DOCS / "waves.md",
         name="strain rate",
         columns=(
             "strain rate wanted (1/s)", "had (1/s)", "difference of end forces (%)", "inertia alone",

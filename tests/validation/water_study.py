@@ -1,4 +1,4 @@
-"""Cracks under fluid pressure against closed forms: the tables of docs/water.md.
+"""Cracks under fluid pressure against closed forms: the tables of docs/tables/water.md.
 
 python tests/validation/water_study.py [--write | --check]
 """
@@ -299,7 +299,7 @@ def over_theory(run, size, theory, far, *lengths):
     return f"{result.specimen.grains.count:,}", *cells, f"{result.summary['energy_error']:.0e}"
 
 
-PAGE = DOCS / "water.md"
+PAGE = DOCS / "tables/water.md"
 TABLES = [
     Table(
         page=PAGE,

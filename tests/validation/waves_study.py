@@ -1,4 +1,4 @@
-"""Waves and openings against their closed forms: tables of docs/waves.md.
+"""Waves and openings against their closed forms: tables of docs/tables/waves.md.
 
 python tests/validation/waves_study.py [--write | --check]
 """
@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from bars import GLUED, P_SPEED, ROCK, S_SPEED, bar, bell
 from support import with_quiet
 
-PAGE, SIZE = DOCS / "waves.md", 10e-3
+PAGE, SIZE = DOCS / "tables/waves.md", 10e-3
 SPEED = {Wave.P: P_SPEED, Wave.S: S_SPEED}
 
 # --- quiet ends ------------------------------------------------------------------------------------------------------
