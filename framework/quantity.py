@@ -73,7 +73,7 @@ class Quantity(metaclass=Checked):
             return "-"
         if not isinstance(value, Real):
             return str(value)
-        return three_digits(value * self.factor) if self.form == THREE else f"{value * self.factor:{self.form}}"
+        return three_digits(value * self.factor) if self.form == THREE else f"{value * self.factor:z{self.form}}"
 
     def with_unit(self, value: Any) -> str:
         """A value in SI as text, with its unit."""

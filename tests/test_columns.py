@@ -10,6 +10,7 @@ import grainlaw as gl
 from grainlaw.columns import BETWEEN_ENDS, DEVIATOR, ENERGIES, ENERGY, EVERY_TEST, SPENT, SUPPLIED, course, energy
 from grainlaw.laws import Linear
 from grainlaw.protocols import BiaxialCompression, Cyclic, UniaxialCompression
+from grainlaw.quantity import Quantity
 from grainlaw.results.archive import to_bytes
 
 LAW = Linear(**STIFF)
@@ -110,3 +111,8 @@ def test_curves_are_drawn_over_what_grows():
     assert course(curves | {"strain": ramp}) == "strain"
     assert course(curves | {"strain": ramp + 0.02 * np.sin(np.arange(101))}) == "strain"  # it vibrates
     assert course({"time": ramp, "strain": cycle}) == "time"
+
+
+@pytest.mark.parametrize(("value", "shown"), [(-1e-9, "0.0000 %"), (0.0, "0.0000 %"), (-1e-4, "-0.0100 %")])
+def test_what_rounds_to_nothing_has_no_sign(value, shown):
+    assert Quantity("strain", "%", form=".4f").with_unit(value) == shown

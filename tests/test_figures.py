@@ -349,6 +349,16 @@ def test_an_animation_has_a_picture_for_each_frame(broken, tmp_path):
     assert list(tmp_path.iterdir()) == [tmp_path / "cracks.gif"]
 
 
+@pytest.mark.parametrize(("size", "pixels"), [((2, 1), (1232, 671)), ((100, 1), (1232, 242)), ((1, 2), (489, 836))])
+def test_an_animation_of_any_specimen_fits_a_screen(size, pixels, tmp_path):
+    """The longer of 10 by 6.5 inches, and room for the axes."""
+    specimen = gl.Specimen(Bricks(rows=2).tessellate(rectangle(*(1e-3 * each for each in size))), BRICK)
+    result = gl.simulate(specimen, BRITTLE, PULL, frames=2, progress=False)
+    attrs.evolve(result, frames=result.frames[:1]).animate(tmp_path / "cracks.gif")
+    with Image.open(tmp_path / "cracks.gif") as film:
+        assert film.size == pytest.approx(pixels, abs=1)
+
+
 def test_an_animation_without_ffmpeg_says_so(broken, tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(gl.ParameterError, match=r"cracks\.mp4.* it must be a \.gif, because the program ffmpeg"):

@@ -17,7 +17,7 @@ from matplotlib.path import Path as Outline
 from matplotlib.transforms import offset_copy
 
 from grainlaw.arguments import checked
-from grainlaw.columns import TIME, course
+from grainlaw.columns import TIME
 from grainlaw.drawing.figure import Figure, given_or_new, to_scale
 from grainlaw.drawing.grains import phase_legend
 from grainlaw.drawing.palette import BLUE, VERMILLION
@@ -240,8 +240,8 @@ def animate(result: Result, file: str | os.PathLike[str], per_second: float) -> 
     result.frame("animate", -1)
     every = range(len(result.frames))
     low, high = box(result, every)
-    wide, tall = high - low
-    figure = Figure(figsize=(max(3.2, 6.5 * wide / tall + 1.2), 7.6), dpi=DPI)
+    wide, tall = (high - low) * min(6.5 / (high - low)[1], 10 / (high - low)[0])  # inches
+    figure = Figure(figsize=(max(3.2, wide + 1.2), max(2.2, tall + 1.1)), dpi=DPI)
     axes = figure.subplots()
 
     def write(part: Path) -> None:
@@ -259,10 +259,10 @@ def animate(result: Result, file: str | os.PathLike[str], per_second: float) -> 
 
 
 def _moment(result: Result, frame: int) -> str:
-    """How far the test is at a frame: its strain, displacement or time."""
+    """How far the test is at a frame: what its first panel is drawn over."""
     if not result.curves:
         return f"time {result.frames[frame].time * 1e3:.4g} ms"
-    name = course(result.curves)
+    name = result.panels[0].over
     value = np.interp(result.frames[frame].time, result.curves[TIME], result.curves[name])
     look = result.quantity(name)
     return f"{look.words} {look.with_unit(float(value))}"
