@@ -241,7 +241,9 @@ def animate(result: Result, file: str | os.PathLike[str], per_second: float) -> 
     every = range(len(result.frames))
     low, high = box(result, every)
     wide, tall = (high - low) * min(6.5 / (high - low)[1], 10 / (high - low)[0])  # inches
-    figure = Figure(figsize=(max(3.2, wide + 1.2), max(2.2, tall + 1.1)), dpi=DPI)
+    width, height = max(3.2, wide + 1.2), max(2.2, tall + 1.2)
+    figure = Figure(figsize=(width, height), dpi=DPI)
+    figure.subplots_adjust(left=0.75 / width, right=1 - 0.25 / width, bottom=0.85 / height, top=1 - 0.35 / height)
     axes = figure.subplots()
 
     def write(part: Path) -> None:
@@ -259,13 +261,14 @@ def animate(result: Result, file: str | os.PathLike[str], per_second: float) -> 
 
 
 def _moment(result: Result, frame: int) -> str:
-    """How far the test is at a frame: what its first panel is drawn over."""
-    if not result.curves:
-        return f"time {result.frames[frame].time * 1e3:.4g} ms"
-    name = result.panels[0].over
-    value = np.interp(result.frames[frame].time, result.curves[TIME], result.curves[name])
-    look = result.quantity(name)
-    return f"{look.words} {look.with_unit(float(value))}"
+    """How far the test is at a frame: what its first panel is drawn over, or the time where that has not begun."""
+    time = result.frames[frame].time
+    if result.curves:
+        look = result.quantity(result.panels[0].over)
+        value = np.interp(time, result.curves[TIME], result.curves[look.name])
+        if np.isfinite(value):
+            return f"{look.words} {look.with_unit(float(value))}"
+    return f"time {time * 1e3:.4g} ms"
 
 
 # --- without frames --------------------------------------------------------------------------------------------------
