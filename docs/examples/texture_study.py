@@ -33,7 +33,7 @@ TEXTURES = ("even", "sizes", "minerals", "random strength", "breakable", "all to
 SHARES = {"feldspar": 0.6, "quartz": 0.3, "mica": 0.1}
 TESTS = {"compression": UniaxialCompression(), "tension": UniaxialTension()}
 COLUMNS = ("texture", "UCS (MPa)", "CI/UCS", "CD/UCS", "UCS/T", "transgranular", "steps")
-PAGE = Path(__file__).parents[1] / "textures.md"
+PAGE = Path(__file__).parents[1] / "tables/textures.md"
 
 
 def times(law, factor):
@@ -99,7 +99,7 @@ def main():
     words.add_argument("--seeds", type=int, default=5)
     words.add_argument("--grains", type=int, default=300)
     words.add_argument("--folder", default="texture-study")
-    words.add_argument("--write", action="store_true", help="into docs/textures.md")
+    words.add_argument("--write", action="store_true", help="into docs/tables/textures.md")
     given = words.parse_args()
     warnings.simplefilter("ignore", gl.CostWarning)
     laws = given.law or [*LAWS]

@@ -7,7 +7,7 @@ test over those of even grains, apart into the shorter time step and the longer 
 single nodes are than that of the median node, by Gershgorin's bound; and how much longer the time step is with a share
 of mass added to the nodes that govern it. With --pairs the test is run with at most 1 % of mass and without, for so
 many seeds: the ratios of first failure, largest stress, steps and CPU time, with the interval of their mean (95 %).
-With --write the table goes into docs/textures.md.
+With --write the table goes into docs/tables/textures.md.
 """
 
 import argparse

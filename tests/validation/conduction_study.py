@@ -1,4 +1,4 @@
-"""A strip whose long faces are cooled at once: the tables of docs/conduction.md.
+"""A strip whose long faces are cooled at once: a table of docs/tables/heat.md.
 
 python tests/validation/conduction_study.py [--write | --check]
 """
@@ -74,7 +74,7 @@ def row(change, **options):
 
 TABLES = [
     Table(
-        page=DOCS / "conduction.md",
+        page=DOCS / "tables/heat.md",
         name="shock",
         columns=(
             "change (K)",

@@ -269,7 +269,7 @@ def shaken(safety):
 
 TABLES = [
     Table(
-        page=DOCS / "theory.md",
+        page=PAGE,
         name="contacts: shaken",
         columns=("safety", "steps", "smooth: energy", "`energy_returned`", "30 degrees: energy", "`energy_returned`"),
         rows={f"{safety:g}": partial(shaken, safety) for safety in SHARES},

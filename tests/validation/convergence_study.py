@@ -1,4 +1,4 @@
-"""What strengths converge to over zones and contact points: the tables of docs/convergence.md.
+"""What strengths converge to over zones and contact points: the tables of docs/tables/convergence.md.
 
     python tests/validation/convergence_study.py [--only NAMES] [--write | --check]
 
@@ -106,7 +106,7 @@ def scattered(name):
             yield ratio(tensions(name, refinement), tensions(name, 2))
 
 
-PAGE = DOCS / "convergence.md"
+PAGE = DOCS / "tables/convergence.md"
 TABLES = [
     Table(
         page=PAGE, name="zones",

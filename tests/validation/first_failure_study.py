@@ -1,4 +1,4 @@
-"""What a strength depends on, and what not: the tables of docs/strength.md.
+"""What a strength depends on, and what not: the tables of docs/tables/strength.md.
 
     python tests/validation/first_failure_study.py [--only NAMES] [--write | --check]
 
@@ -268,7 +268,7 @@ def buckled(bend, slow):
     )  # fmt: skip
 
 
-PAGE = DOCS / "strength.md"
+PAGE = DOCS / "tables/strength.md"
 TABLES = [
     Table(
         page=PAGE, name="definitions",

@@ -1,4 +1,4 @@
-"""What the damping does to the strength, by reading of the cohesive crack: tables and figure of docs/flutter.md.
+"""What the damping does to the strength, by reading of the cohesive crack: tables and figure of flutter.
 
     python tests/validation/flutter_study.py [--write | --check]
 
@@ -94,14 +94,14 @@ def figure(file):
 
 TABLES = [
     Table(
-        page=DOCS / "flutter.md",
+        page=DOCS / "tables/flutter.md",
         name="flutter: held",
         columns=("law", *(f"{stress / MPa:g} MPa" for stress in STRESSES)),
         rows={name: partial(hold, name) for name in HELD},
         checked=("cohesive crack, as printed", "Mohr-Coulomb"),
     ),
     Table(
-        page=DOCS / "flutter.md",
+        page=DOCS / "tables/flutter.md",
         name="flutter: strength",
         columns=("law, damping", "peak (MPa)", "kinetic ratio", "imbalance", "energy made"),
         rows={f"{name}, {damping}": partial(load, name, damping) for name in LOADED for damping in DAMPINGS},

@@ -1,4 +1,4 @@
-"""A granite heated, cooled and crushed: the table of docs/temperature.md, by the example there.
+"""A granite heated, cooled and crushed: a table of docs/tables/heat.md, by an example.
 
 python tests/validation/heat_study.py [--write | --check]
 """
@@ -34,7 +34,7 @@ def row(law, temperature):
 
 TABLES = [
     Table(
-        page=DOCS / "temperature.md",
+        page=DOCS / "tables/heat.md",
         name="heat",
         columns=(
             "bonds, heated to",

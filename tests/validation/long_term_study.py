@@ -1,4 +1,4 @@
-"""Time to failure under held loads: the tables of docs/time.md.
+"""Time to failure under held loads: the tables of docs/tables/long-term.md.
 
 python tests/validation/long_term_study.py [--write | --check]
 """
@@ -74,7 +74,7 @@ def slope(growth, power):
 
 TABLES = [
     Table(
-        page=DOCS / "time.md",
+        page=DOCS / "tables/long-term.md",
         name="long-term",
         columns=(
             "growth, load over strength", "time to failure of three samples (s)", "geometric mean (s)",
@@ -85,7 +85,7 @@ TABLES = [
         checked=("Charles, n = 20, 0.9",),
     ),
     Table(
-        page=DOCS / "time.md",
+        page=DOCS / "tables/long-term.md",
         name="long-term slopes",
         columns=("growth", "slope of ln t over ln load", "slope of ln t over load"),
         rows={growth: lambda g=growth: [slope(g, True), slope(g, False)] for growth in GROWTHS},
