@@ -19,7 +19,7 @@ nitpicky = True
 #: types that signatures name and nobody makes
 INNER = "|".join(
     "AnyLaws Chunk Claim Compiled Figure Imposed L Listing Model "
-    "Part Parts Progress RockFile Shared Shown Split ThreadCount".split()
+    "Part Parts Progress RockFile Shared Shown Split ThreadCount Whole".split()
 )
 nitpick_ignore_regex = [
     ("py:.*", "(?!grainlaw).*"),
