@@ -38,17 +38,20 @@ def quantity(name):
     return rows()[name]
 
 
+PAGE = DOCS / "tables/paper.md"
+
+
 def stored_table(name, made):
     head, *rows = made(stored())
     columns, cells = ("", *head[1:]), {words: entries for words, *entries in rows}
-    return Table(page=DOCS / "tables/paper.md", name=name, columns=columns, rows={n: partial(cells.get, n) for n in cells})
+    return Table(page=PAGE, name=name, columns=columns, rows={n: partial(cells.get, n) for n in cells})
 
 
 TABLES = [
     stored_table("paper: calibrated parameters", parameters),
     stored_table("paper: calibrated", targets_met),
     Table(
-        page=DOCS / "tables/paper.md",
+        page=PAGE,
         name="paper: sample",
         columns=("", "paper", "statics", *BREAKING),
         rows={name: partial(quantity, name) for name in QUANTITIES},
