@@ -1,4 +1,4 @@
-"""How well prescribed areas are met, and how long it takes: the table of docs/validation.md.
+"""How well prescribed areas are met, and how long it takes: the table of docs/tables/speed.md.
 
     python tests/benchmarks/grain_sizes.py [largest number of grains, 10000]
 

@@ -1,4 +1,4 @@
-"""What things cost on this machine: the figures under "Speed" in docs/validation.md, with processor and date.
+"""What things cost on this machine: the figures under "Steps" in docs/tables/speed.md, with processor and date.
 
     python tests/benchmarks/speed.py [--rounds 9]
 

@@ -1,4 +1,4 @@
-"""Two laws calibrated to one rock, under tests that they were not calibrated to: a table of docs/comparing-laws.md.
+"""Two laws calibrated to one rock, under tests that they were not calibrated to: a table of docs/tables/laws.md.
 
     python tests/validation/calibrated_laws_study.py [--write | --check]
 
@@ -134,7 +134,7 @@ def curves(file):
 
 TABLES = [
     Table(
-        page=DOCS / "comparing-laws.md",
+        page=DOCS / "tables/laws.md",
         name="calibrated laws",
         columns=("20 samples", BRITTLE, CONSISTENT, "difference (95 %)", "higher in"),
         rows={words: partial(row, *of) for words, of in ROWS.items()},

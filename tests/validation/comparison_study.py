@@ -1,4 +1,4 @@
-"""All laws on the same samples: tables and figures of docs/comparing-laws.md and docs/tables/variants.md.
+"""All laws on the same samples: tables of docs/tables/laws.md and variants.md, figures.
 
 They are made by the examples that the pages show.
 
@@ -66,7 +66,7 @@ TABLES = [
         checked=(checked,),
     )
     for page, name, laws, checked in (
-        ("comparing-laws.md", "laws", LAWS, "Camacho-Ortiz"),
+        ("tables/laws.md", "laws", LAWS, "Camacho-Ortiz"),
         ("tables/variants.md", "variants of the cohesive crack", VARIANTS, "linear, G/10, 0 deg"),
     )
 ]

@@ -224,7 +224,7 @@ def row(number):
 
 TABLES = [
     Table(
-        page=DOCS / "calibration.md",
+        page=DOCS / "tables/calibration.md",
         name="first look",
         columns=("rock", *(f"{name.replace('_', ' ').replace('ucs', 'UCS')} (% off)" for name in STRENGTHS),
                  "truths in the intervals, of 3", "core minutes of tests"),

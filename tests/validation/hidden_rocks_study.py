@@ -114,7 +114,7 @@ def impossible():
 
 TABLES = [
     Table(
-        page=DOCS / "calibration.md",
+        page=DOCS / "tables/calibration.md",
         name="hidden rocks",
         columns=(
             "rock", "tensile strength (MPa)", "cohesion (MPa)", "friction angle (deg)", "dilation angle (deg)",

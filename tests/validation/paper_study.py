@@ -1,4 +1,4 @@
-"""The sample of the paper as docs/paper/paper.py has it, and what calibrations have found: the tables of docs/paper.md.
+"""The sample of the paper as docs/paper/paper.py has it, and what calibrations have found: docs/tables/paper.md.
 
 python tests/validation/paper_study.py [--write | --check]
 """
@@ -38,17 +38,20 @@ def quantity(name):
     return rows()[name]
 
 
+PAGE = DOCS / "tables/paper.md"
+
+
 def stored_table(name, made):
     head, *rows = made(stored())
     columns, cells = ("", *head[1:]), {words: entries for words, *entries in rows}
-    return Table(page=DOCS / "paper.md", name=name, columns=columns, rows={n: partial(cells.get, n) for n in cells})
+    return Table(page=PAGE, name=name, columns=columns, rows={n: partial(cells.get, n) for n in cells})
 
 
 TABLES = [
     stored_table("paper: calibrated parameters", parameters),
     stored_table("paper: calibrated", targets_met),
     Table(
-        page=DOCS / "paper.md",
+        page=PAGE,
         name="paper: sample",
         columns=("", "paper", "statics", *BREAKING),
         rows={name: partial(quantity, name) for name in QUANTITIES},

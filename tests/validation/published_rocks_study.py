@@ -1,4 +1,4 @@
-"""Published rocks and the contact parameters that were found for them: tables of docs/calibration.md.
+"""Published rocks and the contact parameters that were found for them: tables of docs/tables/calibration.md.
 
     python tests/validation/published_rocks_study.py [--write | --check]
 
@@ -69,7 +69,7 @@ def table(rock):
     rows |= {"contacts: ks / kn": partial(stiffness, rock), "targets in conflict": partial(conflict, rock)}
     rows |= {"CPU hours": partial(cost, rock)}
     return Table(
-        page=DOCS / "calibration.md", name=f"calibrated: {rock}", columns=("", "target", *FOUND[rock]), rows=rows
+        page=DOCS / "tables/calibration.md", name=f"calibrated: {rock}", columns=("", "target", *FOUND[rock]), rows=rows
     )
 
 

@@ -1,4 +1,4 @@
-"""Three laws on twenty samples: the table and the figure of docs/studies.md, by the example that it shows.
+"""Three laws on twenty samples: the table of docs/tables/laws.md and the figure of docs/studies.md, by its example.
 
     python tests/validation/samples_study.py [--write | --check]
 
@@ -57,7 +57,7 @@ def joined(file):
 ROWS = {law: partial(mean, law) for law in LAWS} | {f"{a} - {b}": partial(pair, a, b) for a, b in PAIRS}
 TABLES = [
     Table(
-        page=DOCS / "studies.md",
+        page=DOCS / "tables/laws.md",
         name="three laws on twenty samples",
         columns=("UCS", "MPa", "95 %", "deviation", "share", "higher in", "p", "p without pairs", "correlation"),
         rows=ROWS,
