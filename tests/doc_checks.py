@@ -99,8 +99,6 @@ def check_compose_a_test(page):
     assert 0 < page["result"].summary["axial_at_failure"] < 13e6
     assert page["result"].cracks.tensile.mean() > 0.5
     assert page["result"].curves["axial"][page["result"].curves["stage"] == 0][-1] == pytest.approx(-20e6, rel=0.01)
-    assert page["weighed"].summary["settlement"] == pytest.approx(3100 * 9.81 * 10**2 / (2 * 64e9), rel=2e-3)
-    assert page["weighed"].summary["steps"] < 100
 
 
 def check_contacts(page):
