@@ -70,7 +70,6 @@ def check_measures(page):
     assert page["events"].energy.sum() == pytest.approx(0.02 * page["report"].events.energy.sum())  # 20 mm of 1 m
     assert Path("laboratory.png").exists()
     assert page["k"].mode_i == pytest.approx(page["bent"].summary["largest_toughness"], rel=0.1)  # see the page
-    assert page["crack"].axes == pytest.approx(page["tip"].axes, abs=1e-12)
     core = page["core"].laboratory.properties
     assert [core[name] / 1e6 for name in ("crack_initiation_lateral", "crack_damage")] == pytest.approx([40, 80])
     assert core["tangent_modulus"] == pytest.approx(50e9, rel=1e-4)  # digits of the file
