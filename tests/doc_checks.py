@@ -105,7 +105,6 @@ def check_contacts(page):
     slides = 9.81 * (np.sin(slope) - np.tan(phi) * np.cos(slope))
     result = page["result"]  # its weight comes all at once, so that it is shaken a little
     assert result.summary["largest_speed"] == pytest.approx(slides * result.curves["time"][-1], rel=5e-3)
-    assert any(len(frame.contacts["length"]) for frame in page["crushed"].frames)
 
 
 def check_flutter(page):
