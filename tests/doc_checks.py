@@ -46,7 +46,6 @@ def check_getting_started(page):
 def check_add_a_law(page):
     assert page["pull"].work[-1] == pytest.approx(50, rel=1e-4)
     assert page["lost"].shear == pytest.approx([94.5e6, 0])
-    assert page["steep"].length == pytest.approx(4)
 
 
 def check_workbench(page):
@@ -67,12 +66,10 @@ def check_measures(page):
     properties, grains = page["report"].properties, page["grains"]
     assert properties["crack_initiation_count"] <= page["result"].summary["strength"]
     assert page["lower_half"][1] < 0  # compressed
-    assert page["stress"].shape == (len(page["result"].frames), 3)
     assert page["report"].fragments.areas.sum() == pytest.approx(grains.areas.sum())
     assert page["events"].energy.sum() == pytest.approx(0.02 * page["report"].events.energy.sum())  # 20 mm of 1 m
     assert Path("laboratory.png").exists()
     assert page["k"].mode_i == pytest.approx(page["bent"].summary["largest_toughness"], rel=0.1)  # see the page
-    assert page["crack"].axes == pytest.approx(page["tip"].axes, abs=1e-12)
     core = page["core"].laboratory.properties
     assert [core[name] / 1e6 for name in ("crack_initiation_lateral", "crack_damage")] == pytest.approx([40, 80])
     assert core["tangent_modulus"] == pytest.approx(50e9, rel=1e-4)  # digits of the file
@@ -101,8 +98,6 @@ def check_compose_a_test(page):
     assert 0 < page["result"].summary["axial_at_failure"] < 13e6
     assert page["result"].cracks.tensile.mean() > 0.5
     assert page["result"].curves["axial"][page["result"].curves["stage"] == 0][-1] == pytest.approx(-20e6, rel=0.01)
-    assert page["weighed"].summary["settlement"] == pytest.approx(3100 * 9.81 * 10**2 / (2 * 64e9), rel=2e-3)
-    assert page["weighed"].summary["steps"] < 100
 
 
 def check_contacts(page):
@@ -110,8 +105,6 @@ def check_contacts(page):
     slides = 9.81 * (np.sin(slope) - np.tan(phi) * np.cos(slope))
     result = page["result"]  # its weight comes all at once, so that it is shaken a little
     assert result.summary["largest_speed"] == pytest.approx(slides * result.curves["time"][-1], rel=5e-3)
-    assert any(len(frame.contacts["length"]) for frame in page["crushed"].frames)
-    assert "soft" in page
 
 
 def check_flutter(page):
@@ -247,10 +240,6 @@ def check_how_do_i(page):
     crown = page["tunnel"].moved((0, 10e-3), since="excavate")[1]
     assert -crown == pytest.approx(page["tunnel"].summary["closure_y"] / 2, rel=0.3)  # and as much from below
     assert page["section"].grains.count == 10
-    assert page["cut"] == pytest.approx([0, 9e6, 0])
-    force = 4e-6 / 40e-3 * 60e9 * 20e-3  # of rock without contacts, which soften it
-    assert 0.5 * force < page["pulled"].summary["largest_force"] < 1.1 * force
-    assert page["core"].summary["modulus"] == pytest.approx(50e9, rel=1e-3)
     share = np.mean(~page["result"].cracks.tensile)
     assert gl.Laboratory(page["result"], page["measures"]).properties["shear_share"] == pytest.approx(share)
     assert f'<td class="number">{100 * share:.3g}</td>' in Path("report.html").read_text("utf-8")
@@ -270,15 +259,8 @@ def check_cheat_sheet(page):
     assert gl.Result.load("run.npz").summary["strength"] == page["result"].summary["strength"]
 
 
-def check_faq(page):
-    assert "holds a run" in page["held"]
-    assert "belongs to another run" in page["other"]
-    assert page["gone_on"] == page["first"]
-    assert isinstance(page["replaced"], float)
-
-
 CHECKS = {
-    "docs/how-do-i.md": check_how_do_i, "docs/cheat-sheet.md": check_cheat_sheet, "docs/faq.md": check_faq,
+    "docs/how-do-i.md": check_how_do_i, "docs/cheat-sheet.md": check_cheat_sheet,
     "docs/rocks.md": check_rocks,
     "docs/coming-from.md": check_coming_from, "docs/strength.md": check_strength,
     "docs/materials.md": check_materials, "docs/temperature.md": check_temperature,

@@ -1,4 +1,4 @@
-"""Stress intensity factors and J against closed forms: the tables of docs/measures.md.
+"""Stress intensity factors and J against closed forms: the tables of docs/tables/stress-intensity.md.
 
 python tests/validation/crack_study.py [--write | --check]
 """
@@ -131,7 +131,7 @@ def pressurised(along):
     return f"{result.specimen.grains.count:,}", f"{found[0, 0, 0]:.3f}", f"{found[0, 0, 2]:.3f}"
 
 
-PAGE = DOCS / "measures.md"
+PAGE = DOCS / "tables/stress-intensity.md"
 TABLES = [
     Table(
         page=PAGE,

@@ -1,4 +1,4 @@
-"""How much the failure of grains that soften depends on their zones: a table of docs/materials.md.
+"""How much the failure of grains that soften depends on their zones: a table of docs/tables/materials.md.
 
 python tests/validation/materials_study.py [--write | --check]
 """
@@ -32,7 +32,7 @@ def row(refinement):
 
 TABLES = [
     Table(
-        page=DOCS / "materials.md",
+        page=DOCS / "tables/materials.md",
         name="softening by refinement",
         columns=("zones cut into four", "strength (MPa)", "stress at 1.2 % (MPa)", "dissipated (J/m)"),
         rows={name: partial(row, times) for times, name in enumerate(("never", "once", "twice", "three times"))},

@@ -1,4 +1,4 @@
-"""Specimens crushed to 5 % of strain, with a membrane and without: the table of docs/contacts.md, by the example there.
+"""Specimens crushed to 5 % of strain, with a membrane and without: a table of docs/tables/contacts.md.
 
 python tests/validation/membrane_study.py [--write | --check]
 """
@@ -44,7 +44,7 @@ def row(size, pressure, seeds=SEEDS, shares=(1.0,)):
 
 TABLES = [
     Table(
-        page=DOCS / "contacts.md",
+        page=DOCS / "tables/contacts.md",
         name="membrane",
         columns=(
             "", "strength (MPa)", "residual (MPa)", "Rankine (MPa)", "friction angle (deg)", "moved sideways",
