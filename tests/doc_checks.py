@@ -240,6 +240,9 @@ def check_how_do_i(page):
     crown = page["tunnel"].moved((0, 10e-3), since="excavate")[1]
     assert -crown == pytest.approx(page["tunnel"].summary["closure_y"] / 2, rel=0.3)  # and as much from below
     assert page["section"].grains.count == 10
+    assert page["cut"] == pytest.approx([0, 9e6, 0])
+    force = 4e-6 / 40e-3 * 60e9 * 20e-3  # of rock without contacts, which soften it
+    assert 0.5 * force < page["pulled"].summary["largest_force"] < 1.1 * force
     share = np.mean(~page["result"].cracks.tensile)
     assert gl.Laboratory(page["result"], page["measures"]).properties["shear_share"] == pytest.approx(share)
     assert f'<td class="number">{100 * share:.3g}</td>' in Path("report.html").read_text("utf-8")
