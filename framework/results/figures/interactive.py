@@ -54,16 +54,16 @@ def write_interactive(result: Result, file: str | os.PathLike[str], *, probe: Pr
 
 
 def _panels(result: Result, paths: Sequence[ContactPath]) -> list[Any]:
-    from bokeh.models import ColumnDataSource, CustomJS, HoverTool, Slider
+    from bokeh.models import ColumnDataSource, CustomJS, CustomJSTickFormatter, HoverTool, Slider
     from bokeh.transform import linear_cmap
 
     frames = _chosen(result)
     table = {key: ColumnDataSource(values) for key, values in _tables(result, frames, paths).items()}
     count = len(frames)
-    heading = result.quantity(_axes_of(result)[0]).heading
+    shown = CustomJSTickFormatter(args={"moments": table["moments"]}, code=SHOWN)
     slider = Slider(
-        start=0, end=max(count - 1, 1), value=count - 1, step=1, show_value=False, sizing_mode="stretch_width",
-        title=f"{heading}: {table['moments'].data['x'][-1]:.4f}",
+        start=0, end=max(count - 1, 1), value=count - 1, step=1, format=shown, sizing_mode="stretch_width",
+        title=result.quantity(_axes_of(result)[0]).heading,
     )  # fmt: skip
     curve, marks = _curve(result, table["moments"])
     specimen = _figure("x (mm)", "y (mm)", match_aspect=True)
@@ -82,7 +82,7 @@ def _panels(result: Result, paths: Sequence[ContactPath]) -> list[Any]:
     pull.line("opening", "normal", source=path, line_color=TENSILE, line_width=1.5)
     shear.line("slip", "shear", source=path, line_color=SHEAR, line_width=1.5)
     shares = {"slider": slider, "moments": table["moments"], "marks": marks, "count": count}
-    held = {"rims": rims, "cracks": cracks, "outlines": table["outlines"], "every": table["cracks"], "heading": heading}
+    held = {"rims": rims, "cracks": cracks, "outlines": table["outlines"], "every": table["cracks"]}
     change = CustomJS(args=shares | held, code=CHANGE)
     slider.js_on_change("value", change)
     curve.js_on_event("tap", CustomJS(args=shares, code=NEAREST))
@@ -98,6 +98,8 @@ def _panels(result: Result, paths: Sequence[ContactPath]) -> list[Any]:
     return [slider, curve, specimen, *([pull, shear] if paths else [])]
 
 
+#: the slider's number of a moment as the value there
+SHOWN = "return String(Number(moments.data.x[Math.min(Math.round(tick), moments.data.x.length - 1)].toPrecision(4)))"
 #: the slider has been moved
 CHANGE = """
 const k = slider.value, n = outlines.data.x.length / count, first = moments.data.first;
@@ -107,7 +109,6 @@ const chosen = {};
 for (const name of Object.keys(every.data)) chosen[name] = every.data[name].slice(first[k], end);
 cracks.data = chosen;
 marks.data = {x: [moments.data.x[k]], y: [moments.data.y[k]]};
-slider.title = heading + ": " + moments.data.x[k].toFixed(4);
 """
 #: the curve has been clicked
 NEAREST = """
