@@ -137,6 +137,7 @@ SOME_TESTS = (
         words="difference of end forces",
         form=".2f",
         meaning="of the forces on both ends of a specimen between bars, over their mean; of a test at its failure",
+        is_main=True,
     ),
     Quantity("displacement", "µm", meaning="of what the test moves"),
     Quantity("opening", "µm", meaning="of a joint or a contact, closing negative"),
@@ -168,7 +169,9 @@ PROPERTIES = (
     Quantity("steps", form=".0f"),
     Quantity("seconds", form=".1f"),
     Quantity("time_step", "s", form=".3e"),
-    Quantity("without_static_solution", words="static stages brought under their loads in motion", form=".0f"),
+    Quantity(
+        "without_static_solution", words="static stages brought under their loads in motion", form=".0f", is_main=True
+    ),
     Quantity("mass_added", "%", form=".3g"),
 )
 

@@ -11,7 +11,7 @@ import numpy as np
 from grainlaw.columns import TIME, Panel
 from grainlaw.conditions import AtRest, Curves
 from grainlaw.engine.state import State
-from grainlaw.fields import IN_SITU, parameter, part, whole_number
+from grainlaw.fields import IN_SITU, optional, parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loads import Drive, Traction
 from grainlaw.protocol import LoadingProtocol
@@ -21,6 +21,7 @@ from grainlaw.specimen import Specimen
 from grainlaw.stage import Load, Stage
 from grainlaw.units import MPa
 
+PASSAGES, RIGID = 6, 2e-4  #: of a shear wave through the rock, in which the rim is let go; s where no waves run
 BESIDE = 10.0  #: degrees: how far from an axis the rim is taken for its end
 
 
@@ -30,9 +31,10 @@ class Excavation(LoadingProtocol):
 
     The specimen's region has the opening as a hole, such as :func:`~grainlaw.geometry.plate_with_hole` makes. At first
     tractions of the ``stress`` are on all boundaries, so that the rock is in equilibrium; then those on the rim of the
-    opening fall to zero in the time ``release``. Displacements count from there. The rock around goes on with the same
-    stress on its other boundaries, or with these ``held`` where they are: what is far from the opening is between.
-    Where nothing is held the whole rock may move a little, for local damping does not conserve its momentum.
+    opening fall to zero in the time ``release``, slowly: with twice the time it should close and crack alike.
+    Displacements count from there. The rock around goes on with the same stress on its other boundaries, or with these
+    ``held`` where they are: what is far from the opening is between. Where nothing is held the whole rock may move a
+    little, for local damping does not conserve its momentum.
     """
 
     #: stress of the rock along x, tension positive
@@ -41,7 +43,8 @@ class Excavation(LoadingProtocol):
     xy: float = parameter("Pa", default=0.0, above=-np.inf)  #: shear stress
     opening: str = "hole"  #: name of the boundary that is excavated
     held: bool = part(bool, False)  #: whether the other boundaries stay where they are while the rim is let go
-    release: float = parameter("s", default=2e-4)  #: time in which the forces on its rim are let go
+    #: time in which the forces on its rim are let go; unless given, six passages of a shear wave through the rock
+    release: float | None = optional("s", above=0)
     rest: float = parameter("1", default=1e-4)  #: ratio at which the rock counts as at rest
     samples: int = whole_number(default=100, at_least=10)  #: in the time release
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
@@ -58,12 +61,13 @@ class Excavation(LoadingProtocol):
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         require_boundaries(specimen, "Excavation", self.opening)
         sides = [name for name in specimen.mesh.boundaries if name != self.opening]
-        stress, interval = (self.xx, self.yy, self.xy), self.release / self.samples
-        rising = [Traction(boundary=name, stress=stress, ramp=self.release) for name in (*sides, self.opening)]
+        release = self.release or PASSAGES * specimen.passage or RIGID
+        stress, interval = (self.xx, self.yy, self.xy), release / self.samples
+        rising = [Traction(boundary=name, stress=stress, ramp=release) for name in (*sides, self.opening)]
         far: list[Load] = [Traction(boundary=name, stress=stress) for name in sides]
         if self.held:
             far = [Drive(boundary=name, axis=axis, speed=0.0) for name in sides for axis in (0, 1)]
-        rim = Traction(boundary=self.opening, stress=stress, factor=0.0, start=1.0, ramp=self.release)
+        rim = Traction(boundary=self.opening, stress=stress, factor=0.0, start=1.0, ramp=release)
         end = [AtRest(self.rest)]
         return [
             Stage(

@@ -75,6 +75,25 @@ def test_a_specimen_without_an_opening_is_refused():
         gl.simulate(full, STIFF, Excavation())
 
 
+def test_edges_of_a_rim_that_are_near_each_other_are_no_contact():
+    """A short edge lies between two others: the rock comes under its stress by statics all the same."""
+    grains = Voronoi(grains=300, seed=2).tessellate(plate_with_hole(0.12, 0.12, 0.02))
+    springs = Linear(kn=2e14, ks=1e14)
+    found = gl.simulate(gl.Specimen(grains, ROCK), springs, Excavation(xx=-5e6, yy=-10e6), frames=2, progress=False)
+    assert "without_static_solution" not in found.summary
+    assert (found.curves["stage"] == 0).sum() < 20
+
+
+@pytest.mark.parametrize("size", [0.1, 10.0])
+def test_a_rim_is_let_go_in_six_passages_of_a_shear_wave(size):
+    specimen = gl.Specimen(Voronoi(grains=40, seed=1).tessellate(plate_with_hole(size, size / 2, size / 5)), ROCK)
+    (*_, rim) = Excavation().stages(specimen)[1].loads
+    speed = math.sqrt(ROCK.youngs_modulus / (2 + 2 * ROCK.poissons_ratio) / ROCK.density)
+    assert rim.ramp == pytest.approx(6 * size / speed)
+    rigid = gl.Specimen(specimen.grains, gl.Rigid(density=2700))
+    assert Excavation().stages(rigid)[1].loads[-1].ramp == 2e-4
+
+
 def rim_over_kirsch(share, stiffer=1, held=False):
     """How a rim moves since the opening was full, over Kirsch (1898): as a whole, as it is pressed and sheared; error.
 

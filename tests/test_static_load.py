@@ -214,10 +214,13 @@ def test_each_reason_alone_leaves_a_static_solution_out(reason):
     bonds = Bonds()
     bonds.groups = groups
     velocity = np.array([[0.0, 1.0 if reason == "moves" else 0.0]])
-    held = SimpleNamespace(held_together=[] if reason == "no bonds" else [(0, 1)])
+    held = SimpleNamespace(held_together=np.zeros((0, 2), int) if reason == "no bonds" else np.array([(0, 1)]))
+    length = np.array([1e-3 if reason == "touches" else 0.0])
+    contacts = SimpleNamespace(arrays=SimpleNamespace(length=length))
+    specimen = SimpleNamespace(grains=SimpleNamespace(count=2))
     freedoms = SimpleNamespace(arrays=SimpleNamespace(velocity=velocity))
-    state = SimpleNamespace(bonds=bonds, mesh=held, freedoms=freedoms)
-    stability = SimpleNamespace(touching=reason == "touches", stiffening=reason == "stiffens")
+    state = SimpleNamespace(bonds=bonds, mesh=held, freedoms=freedoms, contacts=contacts, specimen=specimen)
+    stability = SimpleNamespace(stiffening=reason == "stiffens")
     assert bring_under_load(state, None, stability) is False
 
 

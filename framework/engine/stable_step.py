@@ -22,7 +22,7 @@ LITTLE = 1e-3  #: of a closure: increment with which its tangent is found
 LEAST = 1e-9  #: of a grain's size: smaller closures count as none
 
 
-def _in_one_piece(state: State) -> bool:
+def in_one_piece(state: State) -> bool:
     """Whether bonds and ties connect all grains, so that no contact can form at the rim soon."""
     pairs = state.mesh.held_together
     return len(pairs) > 0 and not linked(state.specimen.grains.count, *pairs.T).any()
@@ -52,7 +52,7 @@ class StableStep:
             0.0  #: 1/s2 that the present step allows for: what a compressed fluid adds to the squared frequency
         )
         self.allowed = 1.0  #: highest closure stiffness, over kn, for which the present step is stable
-        self.touching = self._touching or not _in_one_piece(state)  #: whether the step allows for contacts at the rim
+        self.touching = self._touching or not in_one_piece(state)  #: whether the step allows for contacts at the rim
         matrix, mass = self._matrix(self.state.stiffness[0], self._rim()), self._masses()
         self.frequency = highest_frequency(matrix, mass)  #: 1/s
         if mass_scaling > 1 and self.frequency > 0:

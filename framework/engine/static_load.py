@@ -7,7 +7,7 @@ import numpy as np
 from grainlaw.compiler.batch import Compiled, compile_integrator
 from grainlaw.engine.coasting import Coasting
 from grainlaw.engine.factors import Factors
-from grainlaw.engine.stable_step import StableStep
+from grainlaw.engine.stable_step import StableStep, in_one_piece
 from grainlaw.engine.stage_statics import unknowns
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import OverlapError, advance
@@ -28,13 +28,13 @@ def bring_under_load(state: State, stage: Stage, stability: StableStep) -> bool:
     cohesion, contacts without a bond.
     """
     moving = bool(state.freedoms.arrays.velocity.any())
-    bonded = len(state.mesh.held_together) > 0 and all(group.cohesive.all() for group in state.bonds.groups)
-    if moving or not bonded or stability.touching or stability.stiffening:
+    bonded = in_one_piece(state) and all(group.cohesive.all() for group in state.bonds.groups)
+    if moving or not bonded or _rubs(state) or stability.stiffening:
         return False
     start, time_step, broken, weight = state.save(), state.time_step, _broken(state), state.gravity.arrays
     try:
         with np.errstate(all="ignore"):
-            done = _load(state, stage, stability) and _broken(state) == broken
+            done = _load(state, stage, stability) and _broken(state) == broken and not _rubs(state)
     except OverlapError:
         done = False
     if not done:
@@ -47,6 +47,11 @@ def bring_under_load(state: State, stage: Stage, stability: StableStep) -> bool:
     state.gravity.new[:] = 0.0  # it is balanced: at rest half a step ago, too
     state.new_sample()
     return True
+
+
+def _rubs(state: State) -> bool:
+    """Whether faces without a bond are pressed together; to be near is none."""
+    return bool((state.contacts.arrays.length > 0).any())
 
 
 def _broken(state: State) -> int:
