@@ -243,16 +243,15 @@ class Specimen(metaclass=Checked):
             return 0.0
         return float(np.sqrt(np.min(self.zone_stiffness[:, 2, 2] * self.mesh.zone_areas / self.zone_masses)))
 
-    @property
-    def passage(self) -> float:
-        """s, in which a shear wave passes the longer side of the specimen; 0 where no waves run."""
-        return float(np.ptp(self.mesh.nodes, axis=0).max() / speed) if (speed := self.shear_wave_speed) > 0 else 0.0
+    def passage(self, distance: float) -> float:
+        """s, in which a shear wave passes a distance (m); 0 where no waves run."""
+        return distance / self.shear_wave_speed if self.shear_wave_speed > 0 else 0.0
 
     @property
     def vicinity(self) -> tuple[float, float]:
         """Two grain sizes (m; roots of the mean area), and the time (s) in which a shear wave passes them, or 0."""
         distance = 2 * float(np.sqrt(self.grains.areas.mean()))
-        return distance, distance / self.shear_wave_speed if self.shear_wave_speed > 0 else 0.0
+        return distance, self.passage(distance)
 
     @functools.cached_property
     def node_masses(self) -> np.ndarray:

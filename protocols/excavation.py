@@ -61,7 +61,8 @@ class Excavation(LoadingProtocol):
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         require_boundaries(specimen, "Excavation", self.opening)
         sides = [name for name in specimen.mesh.boundaries if name != self.opening]
-        release = self.release or PASSAGES * specimen.passage or RIGID
+        longest = float(np.ptp(specimen.mesh.nodes, axis=0).max())
+        release = self.release or PASSAGES * specimen.passage(longest) or RIGID
         stress, interval = (self.xx, self.yy, self.xy), release / self.samples
         rising = [Traction(boundary=name, stress=stress, ramp=release) for name in (*sides, self.opening)]
         far: list[Load] = [Traction(boundary=name, stress=stress) for name in sides]

@@ -11,6 +11,7 @@ import numpy as np
 
 from grainlaw.compiler.batch import Compiled
 from grainlaw.compiler.loops import interruptible
+from grainlaw.compiler.numba_private import python_function
 from grainlaw.engine import step
 from grainlaw.engine.contacts.contact_passes import DEEP, LEAVING, MOVED
 from grainlaw.engine.contacts.hand_over import hand_over
@@ -30,6 +31,8 @@ class OverlapError(InstabilityError):
     """Grains overlap more than is allowed; the message names the pair and what to do."""
 
 
+#: of the step, here without compiling it for a few numbers
+_take_temperature = python_function(step.take_temperature)
 Crew = int | ThreadCount | Gpu  #: who does the steps of a run: a number of threads, as many as pay, or a device
 
 
@@ -50,7 +53,7 @@ def advance(state: State, integrator: Compiled, steps: int, *, threads: Crew = 1
         imposed = schedule[done : done + some]
         start = time.perf_counter()
         if some:
-            state.materials.take_course(*temperatures[done])
+            _take_temperature(state.materials.arrays, *temperatures[done])
         own = np.empty((count, schedule.shape[1]))
         chunk = step.Chunk(some, state.steps, state.time_step, imposed, own, integrator.address, numbers.ctypes.data)
         if isinstance(threads, Gpu) and not some:

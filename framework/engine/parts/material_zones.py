@@ -119,12 +119,6 @@ class MaterialZones(Part):
         places = self.arrays.temperature_place[self.arrays.temperature_place >= 0]
         self.arrays.values[places] = temperature
 
-    def take_course(self, before: float, temperature: float) -> None:
-        """Tell the materials the temperatures (°C) of the next step and of the one before it, as the step does."""
-        self.arrays.course[:] = before, temperature
-        for places, at in zip(self.arrays.temperature_place.T, (temperature, temperature, before), strict=True):
-            self.arrays.values[places[places >= 0]] = at
-
     @property
     def temperatures(self) -> np.ndarray:
         """(z,) °C at the last forces, of zones that conduct, in the order of ``chosen``; empty where none does."""
