@@ -10,6 +10,7 @@ from functools import cached_property
 import attrs
 import numpy as np
 
+from grainlaw.fields import ParameterError
 from grainlaw.polygon import following, linked
 from grainlaw.tessellation import Tessellation
 
@@ -93,6 +94,29 @@ class Mesh:
     def interface_edges(self) -> np.ndarray:
         """(c, 2) m, from the first end to the second."""
         return self.nodes[self.interfaces[:, 1]] - self.nodes[self.interfaces[:, 0]]
+
+
+ENDLESS = 1e-6  #: of the step that most nodes allow: no run would end
+
+
+def worst_step(mesh: Mesh) -> tuple[float, int]:
+    """Lowest root of mass over stiffness of a node, for density and modulus 1, over the median; and its cell."""
+    corners, areas = mesh.nodes[mesh.zones], mesh.zone_areas
+    opposite = np.roll(corners, -1, axis=1) - np.roll(corners, 1, axis=1)
+    with np.errstate(divide="ignore", over="ignore"):
+        stiffness = np.bincount(mesh.zones.ravel(), ((opposite**2).sum(axis=2) / (4 * areas[:, None])).ravel())
+    mass = np.bincount(mesh.zones.ravel(), np.repeat(areas / 3, 3))
+    step = np.sqrt(mass / stiffness)
+    return float(step.min() / np.median(step)), int(mesh.node_grain[step.argmin()])
+
+
+def checked_step(where: str, mesh: Mesh) -> tuple[float, int]:
+    """The same; raises ParameterError where it is below a millionth, as of a cell that rounding has left."""
+    ratio, cell = worst_step(mesh)
+    if ratio < ENDLESS:
+        x, y = mesh.nodes[mesh.node_grain == cell].mean(axis=0)
+        raise ParameterError(f"{where}: cell {cell} at ({x:.6g}, {y:.6g}) m is so thin that it has next to no area")
+    return ratio, cell
 
 
 def build_mesh(grains: Tessellation, refinement: int = 0, tied: np.ndarray | None = None, slits: Names = ()) -> Mesh:

@@ -21,16 +21,20 @@ def excavated():
 
 
 def test_before_it_the_rock_is_in_equilibrium_at_its_stress(excavated):
-    """Every grain has the stress of the rock, as if the hole were full, but for bonds 0.6 % as soft as grains."""
-    stress = excavated.frames[0].stress
-    assert stress == pytest.approx(np.tile([-20e6, -40e6, 5e6], (len(stress), 1)), abs=0.02 * 40e6)
+    """Every grain has the stress of the rock, as if the hole were full, but for bonds softer than none: E / (k d)."""
+    softer = 60e9 / (STIFF.kn * np.sqrt(PLATE.grains.areas))
+    assert np.median(softer) < 0.01
+    off = np.abs(excavated.frames[0].stress - [-20e6, -40e6, 5e6]).max(axis=1) / 40e6
+    assert np.all(off < softer)
 
 
 def test_the_static_start_of_a_specimen_that_nothing_holds(excavated):
-    """In motion the ramp alone would take 1,800 steps; and it has not turned."""
-    first = int(np.argmax(excavated.curves["time"] > 0))
-    assert excavated.curves["time"][first] > 5e-5  # the ramp has passed
-    assert excavated.curves["step"][first] < 200
+    """In a tenth of the steps that the ramp alone would take in motion; and it has not turned."""
+    time, step = excavated.curves["time"], excavated.curves["step"]
+    first = int(np.argmax(time > 0))
+    assert time[first] > 5e-5  # the ramp has passed
+    in_motion = 5e-5 * (step[-1] - step[first]) / (time[-1] - time[first])
+    assert step[first] < in_motion / 10
     lost, supplied = (excavated.curves[f"energy_{kind}"][first] for kind in ("damping", "external"))
     assert lost < 0.01 * supplied  # of a load that comes at once half is lost
     place, moved = PLATE.mesh.nodes, excavated.frames[0].displacement

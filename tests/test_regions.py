@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from support import ROCK
+from support import BRITTLE, ROCK
 from tiling import BEAM, BEND, assert_sides_complete, assert_tiles
 
 import grainlaw as gl
@@ -25,6 +25,7 @@ from grainlaw.geometry import (
     Voronoi,
     VoronoiCells,
     disc,
+    plate_with_hole,
     polygon,
     rectangle,
     regular,
@@ -33,6 +34,8 @@ from grainlaw.geometry import (
 )
 from grainlaw.geometry.cells.any_voronoi import NEAR, Cells, Pair, _equally_far, _turned, settled
 from grainlaw.geometry.cells.cutting import Cutter, _parting
+from grainlaw.geometry.cells.joining import tiling_of
+from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.sides import depths
 from grainlaw.region import Region
 from grainlaw.tessellation import TilingError
@@ -324,6 +327,38 @@ def scaled(region: Region, by: float) -> Region:
     return attrs.evolve(region, outline=by * region.outline, holes=[by * hole for hole in region.holes])
 
 
+@pytest.mark.parametrize("by", [2.0**-7, 0.01, 7.0])
+def test_grains_round_a_hole_of_many_sides_are_the_same_at_any_scale(by: float) -> None:
+    """Seeds that are equally far from a corner tie but for rounding; pairs of seeds that share one cannot all be."""
+    here, there = (Voronoi(grains=150, seed=3).tessellate(plate_with_hole(12 * k, 12 * k, 2 * k)) for k in (1.0, by))
+    assert there.vertices / by == pytest.approx(here.vertices, abs=1e-9)
+    assert here.areas.min() > 1e-3
+
+
+def test_a_speck_at_a_corner_vanishes_as_a_whole() -> None:
+    """No edge of it can be merged alone: the grain to its left would be bent at the corner, or straight before it."""
+    bent, e = polygon([(-1, -0.1), (0, 0), (1, -0.1), (1, 1), (-1, 1)]), 0.01
+    before, inside, top = (-e, -0.1 * e), (-e / 2, e), (0, 1)
+    left, right = [(-1, -0.1), before, inside, top, (-1, 1)], [(0, 0), (1, -0.1), (1, 1), top, inside]
+    speck = [before, (0, 0), inside]
+    rings = tiling_of(bent, np.array([*left, *right, *speck], dtype=float), np.array([0, 5, 10, 13]), 1e-9)
+    assert merge_short_edges(rings, 0.05).tessellation().count == 3
+    made = merge_short_edges(rings, 0.05, 1e-3).tessellation()
+    assert_tiles(made)
+    assert made.areas == pytest.approx([1.05, 1.05])
+    assert merge_short_edges(rings, e, 1e-3).tessellation().count == 3  # one of its edges is longer
+
+
+def test_a_grain_without_an_area_is_refused_before_a_run() -> None:
+    thin = 1e-8
+    x = np.array([0, 1, 1 + thin, 2])
+    vertices = np.concatenate([np.column_stack([x, 0 * x]), np.column_stack([x, 0 * x + 1])])
+    corners = np.array([0, 1, 5, 4, 1, 2, 6, 5, 2, 3, 7, 6])
+    grains = gl.Tessellation(rectangle(2, 1), vertices, corners, np.array([0, 4, 8, 12]))
+    with pytest.raises(ParameterError, match=r"Specimen: cell 1 at \(1, 0.5\) m is so thin"):
+        gl.simulate(gl.Specimen(grains, ROCK), BRITTLE, gl.protocols.UniaxialCompression())
+
+
 @pytest.mark.parametrize("region", [SHAPES["L"], HOLED], ids=["L", "holed"])
 @pytest.mark.parametrize(
     "made",
@@ -384,7 +419,7 @@ def test_a_boundary_is_turned_where_it_would_leave_more_than_half_a_turn(skew: f
         turn = np.radians(225 + turned)
         assert direction == pytest.approx((np.cos(turn), np.sin(turn)))
         pair = Pair(found.corner, (0, 1), direction)
-        one, other = _equally_far(seeds, [pair]) - [1, 1]
+        one, other = _equally_far(seeds, [pair], 1.0) - [1, 1]
         assert np.hypot(*one) == pytest.approx(np.hypot(*other))
         assert (one - other) @ direction == pytest.approx(0, abs=1e-12)
 
@@ -394,7 +429,7 @@ def test_seeds_of_several_corners_become_equally_far_each_from_its_own() -> None
     seeds = np.array([(1, 0.3), (-0.8, 0.4), (11, 2.2), (9.3, 1.8), (5, 8), (6.2, 9.3), (3, 3)])
     ways = [(0.6, 0.8), None, (-0.28, 0.96)]
     pairs = [Pair(corner, (2 * k, 2 * k + 1), ways[k]) for k, corner in enumerate([(0, 0.1), (10, 1), (5.2, 9.1)])]
-    moved = _equally_far(seeds, pairs)
+    moved = _equally_far(seeds, pairs, 1.0)
     assert np.array_equal(moved[6], seeds[6])
     for pair in pairs:
         one, other = moved[list(pair.seeds)] - pair.corner

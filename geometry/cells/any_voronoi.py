@@ -195,7 +195,7 @@ def settled(seeds: np.ndarray, cutter: Cutter, size: float) -> np.ndarray:
     moved = seeds
     for _ in range(ROUNDS):
         pairs = [pair for pair in _pairs(moved, cutter) if pair not in refused]
-        then = _equally_far(moved, pairs)
+        then = _equally_far(moved, pairs, size)
         stray = np.hypot(*(then - seeds).T) > FURTHEST * size
         stray |= cKDTree(then).query(then, 2)[0][:, 1] < NEAREST * size
         touched = np.flatnonzero((then != moved).any(axis=1) & ~stray)
@@ -210,9 +210,13 @@ def settled(seeds: np.ndarray, cutter: Cutter, size: float) -> np.ndarray:
 
 
 def _pairs(seeds: np.ndarray, cutter: Cutter) -> list[Pair]:
-    """For each reentrant corner the two nearest seeds in sight."""
+    """For each reentrant corner the two nearest seeds in sight.
+
+    Moved seeds are equally far from a corner but for rounding: the first in number is then the nearer.
+    """
     corners = list(cutter.reentrant.values())
-    near = cKDTree(seeds).query([found.corner for found in corners], min(CANDIDATES, len(seeds)))[1]
+    away, near = cKDTree(seeds).query([found.corner for found in corners], min(CANDIDATES, len(seeds)))
+    near = np.take_along_axis(near, np.lexsort((near, np.round(away / cutter.near))), axis=1)
     pairs: dict[tuple[int, int], Pair] = {}
     for found, around in zip(corners, near, strict=True):
         # From a little inside: seen from the corner itself, the sides that meet there could hide seeds by rounding.
@@ -235,8 +239,11 @@ def _turned(found: Reentrant, seeds: np.ndarray) -> Point | None:
     return u * math.cos(angle) - v * math.sin(angle), u * math.sin(angle) + v * math.cos(angle)
 
 
-def _equally_far(seeds: np.ndarray, pairs: list[Pair]) -> np.ndarray:
-    """Seeds moved as little as makes those of each pair equally far from its corner."""
+def _equally_far(seeds: np.ndarray, pairs: list[Pair], size: float) -> np.ndarray:
+    """Seeds moved as little as makes those of each pair equally far from its corner.
+
+    Where not all can be, the least squares of lengths over ``size`` (m) are the same at any scale.
+    """
     seeds = seeds.copy()
     if not pairs:
         return seeds
@@ -248,10 +255,10 @@ def _equally_far(seeds: np.ndarray, pairs: list[Pair]) -> np.ndarray:
     for _ in range(STEPS):
         a, b = seeds[used[one]] - corners, seeds[used[other]] - corners
         slopes = np.zeros((len(pairs) + len(bent), len(used), 2))
-        slopes[row, one], slopes[row, other] = 2 * a, -2 * b
+        slopes[row, one], slopes[row, other] = 2 * a / size, -2 * b / size
         slopes[len(pairs) + np.arange(len(bent)), one[bent]] = turned
         slopes[len(pairs) + np.arange(len(bent)), other[bent]] = -turned
-        excess = np.concatenate([(a * a - b * b).sum(axis=1), ((a - b)[bent] * turned).sum(axis=1)])
+        excess = np.concatenate([(a * a - b * b).sum(axis=1) / size, ((a - b)[bent] * turned).sum(axis=1)])
         step = np.linalg.lstsq(slopes.reshape(len(excess), -1), -excess, rcond=None)[0]
         seeds[used] += step.reshape(-1, 2)
     return seeds

@@ -50,9 +50,14 @@ def merge_short_edges(
         tiling = _without_idle(tiling)
         vanish = _may_vanish(tiling, smallest)
         merges = _possible(tiling, sides, *_short_edges(tiling, limit), vanish, straight, flattest)
-        if len(merges) == 0:
+        if len(merges):
+            tiling = _merged(tiling, merges[_first_in_all_grains(tiling, merges)])
+            continue
+        specks = _specks(tiling, limit, vanish)
+        made = next(filter(None, (_without_speck(tiling, g, flattest, straight) for g in specks)), None)
+        if made is None:
             return tiling
-        tiling = _merged(tiling, merges[_first_in_all_grains(tiling, merges)])
+        tiling = made
 
 
 def _without_idle(tiling: Tiling) -> Tiling:
@@ -130,6 +135,31 @@ def _beyond_its_side(tiling: Tiling, vertex: np.ndarray, target: np.ndarray) -> 
     along = region.end[side] - region.start[side]
     share = ((target - region.start[side]) * along).sum(axis=1) / (along**2).sum(axis=1)
     return one & ((share < 0) | (share > 1))
+
+
+def _specks(tiling: Tiling, limit: float | np.ndarray, vanish: np.ndarray) -> list[int]:
+    """Grains that may vanish and have short edges alone, which no merge of one edge removes: next to a corner, say."""
+    along = tiling.vertices[tiling.corners[tiling.next]] - tiling.vertices[tiling.corners]
+    longest = np.maximum.reduceat(np.hypot(*along.T), tiling.first[:-1])
+    return np.flatnonzero(
+        vanish & (longest < (limit[tiling.owner] if isinstance(limit, np.ndarray) else limit))
+    ).tolist()
+
+
+def _without_speck(tiling: Tiling, g: int, flattest: float, straight: bool) -> Tiling | None:
+    """A triangle shrunk into the corner that most sides hold, where the grains round it stay convex."""
+    corners = tiling.corners[tiling.first[g] : tiling.first[g + 1]]
+    keep = corners[(tiling.on[corners] >= 0).sum(axis=1).argmax()]
+    drop = corners[corners != keep]
+    if not _within(tiling.on[drop], np.broadcast_to(tiling.on[keep], (2, tiling.on.shape[1]))).all():
+        return None
+    place = np.broadcast_to(tiling.vertices[keep], (2, 2))
+    made = _without_idle(_merged(tiling, Merges(np.repeat(keep, 2), drop, place)))
+    touched = np.isin(made.grain, made.grain[made.corners == keep])
+    a, b, c = (
+        made.vertices[made.corners[at[touched]]] for at in (made.previous, np.arange(len(made.corners)), made.next)
+    )
+    return made if _turns_left(a, b, c, straight, flattest).all() else None
 
 
 def _first_in_all_grains(tiling: Tiling, merges: Merges) -> np.ndarray:

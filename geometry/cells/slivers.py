@@ -4,34 +4,19 @@ from __future__ import annotations
 
 import warnings
 
-import numpy as np
-
-from grainlaw.fields import ParameterError
 from grainlaw.geometry.cells.any_voronoi import NEAR
 from grainlaw.geometry.cells.joining import tiling_of
 from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.sides import region_sides
-from grainlaw.mesh import build_mesh
+from grainlaw.mesh import build_mesh, checked_step
 from grainlaw.tessellation import Tessellation
 
 FLATTEST = 1e-7  #: sine of the smallest turn: drawn slivers are far thinner than those that tessellators leave
-COSTLY, ENDLESS = 0.1, 1e-6  #: of the step that most zones allow: below them there is a warning, an error
+COSTLY = 0.1  #: of the step that most zones allow: below it there is a warning
 
 
 class SliverWarning(UserWarning):
     """The stable time step is ruled by a single place of grains from elsewhere."""
-
-
-def worst_step(grains: Tessellation) -> tuple[float, int]:
-    """Lowest root of mass over stiffness of a node, for density and modulus 1, over the median; and its cell."""
-    mesh = build_mesh(grains)
-    corners, areas = mesh.nodes[mesh.zones], mesh.zone_areas
-    opposite = np.roll(corners, -1, axis=1) - np.roll(corners, 1, axis=1)
-    with np.errstate(divide="ignore", over="ignore"):
-        stiffness = np.bincount(mesh.zones.ravel(), ((opposite**2).sum(axis=2) / (4 * areas[:, None])).ravel())
-    mass = np.bincount(mesh.zones.ravel(), np.repeat(areas / 3, 3))
-    step = np.sqrt(mass / stiffness)
-    return float(step.min() / np.median(step)), int(mesh.node_grain[step.argmin()])
 
 
 def without_short_edges(grains: Tessellation, merge: float) -> Tessellation:
@@ -46,10 +31,7 @@ def warn_of_slivers(where: str, grains: Tessellation) -> None:
 
     Raises ParameterError where it costs more than a million times as many: no run would end.
     """
-    ratio, cell = worst_step(grains)
-    if ratio < ENDLESS:
-        x, y = grains.centroids[cell]
-        raise ParameterError(f"{where}: cell {cell} at ({x:.6g}, {y:.6g}) m is so thin that it has next to no area")
+    ratio, cell = checked_step(where, build_mesh(grains))
     if ratio < COSTLY:
         edges = grains.edges
         shortest = edges.length[(edges.left == cell) | (edges.right == cell)].min()
