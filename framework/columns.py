@@ -21,6 +21,7 @@ from grainlaw.quantity import Quantity
 # --- recorded in every test ------------------------------------------------------------------------------------------
 
 TIME, STEP, STAGE = "time", "step", "stage"
+STAGE_TIME = "stage_time"  #: since the stage began (s): for conditions alone, not recorded
 TENSILE_CRACKS, SHEAR_CRACKS, DAMAGED = "tensile_cracks", "shear_cracks", "damaged"
 UNBALANCED, MOTION = "unbalanced", "motion"
 LOADING_SPEED, VIBRATION, TEMPERATURE = "loading_speed", "vibration", "temperature"

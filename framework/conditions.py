@@ -11,11 +11,11 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
-from grainlaw.columns import DAMAGED, MOTION, STAGE, TIME, UNBALANCED, cracks, require
+from grainlaw.columns import DAMAGED, MOTION, STAGE, STAGE_TIME, TIME, UNBALANCED, cracks, require
 from grainlaw.fields import parameter
 from grainlaw.strength import borne
 
-__all__ = ["AtRest", "ComesTo", "Condition", "Fails", "FailsTo", "FallsTo", "Reaches"]
+__all__ = ["AtRest", "ComesTo", "Condition", "Fails", "FailsTo", "FallsTo", "Lasts", "Reaches"]
 
 Curves = Mapping[str, np.ndarray]  #: what has been recorded so far, by column name, one entry per sample
 
@@ -36,6 +36,7 @@ class Condition(metaclass=Checked):
     def progress(self, curves: Curves) -> float:
         """Share of the stage that is done, from the curves of this stage; 1 ends the stage.
 
+        They have, beside what is recorded, ``stage_time`` (s) since the stage began, before its first sample.
         Raises :class:`StageError` where the test cannot go on.
         """
 
@@ -110,6 +111,16 @@ class Fails(Condition):
         way = curves[self.deformation]
         found = borne(curves[self.load], way - _left_before(curves, way), curves[STAGE])
         return float(found is not None and found.failed)
+
+
+@attrs.frozen
+class Lasts(Condition):
+    """The stage has gone on for a time."""
+
+    duration: float = parameter("s", above=0)  #: of this stage
+
+    def progress(self, curves: Curves) -> float:
+        return float(curves[STAGE_TIME][-1] / self.duration)
 
 
 def _left_before(curves: Curves, values: np.ndarray) -> float:

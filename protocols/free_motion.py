@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 
 from grainlaw.columns import TIME, Panel
-from grainlaw.conditions import Condition, Curves
+from grainlaw.conditions import Curves, Lasts
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, grain_numbers, parameter, part, vector, whole_number
 from grainlaw.integration import CentralDifference, Integrator, LocalDamping, Undamped
@@ -20,17 +20,6 @@ from grainlaw.protocol import LoadingProtocol
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
-
-
-@attrs.frozen
-class _Lasts(Condition):
-    """A time has passed."""
-
-    began: float
-    duration: float
-
-    def progress(self, curves: Curves) -> float:
-        return float((curves["time"][-1] - self.began) / self.duration)
 
 
 def _velocities(value: Any) -> dict[int, tuple[float, float]]:
@@ -85,7 +74,7 @@ class FreeMotion(LoadingProtocol):
         for grain, velocity in self.velocity.items():
             thrown[grain] = velocity
         move = Stage(
-            name="move", until=[_Lasts(self.settle, self.duration)], interval=self.duration / self.samples,
+            name="move", until=[Lasts(self.duration)], interval=self.duration / self.samples,
             expected=self.samples,
             integrator=self.integrator,
             loads=[
@@ -97,7 +86,7 @@ class FreeMotion(LoadingProtocol):
             return [move]
         damped = CentralDifference(damping=LocalDamping())
         settle = attrs.evolve(
-            move, name="settle", until=[_Lasts(0.0, self.settle)], interval=self.settle / self.samples,
+            move, name="settle", until=[Lasts(self.settle)], interval=self.settle / self.samples,
             integrator=damped,
             loads=[Gravity(acceleration=self.gravity), Fixed(grains=[*self.fixed, *self.velocity])],
         )  # fmt: skip

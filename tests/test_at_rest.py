@@ -6,7 +6,7 @@ import pytest
 from support import ROCK
 
 import grainlaw as gl
-from grainlaw.conditions import AtRest, ComesTo, FailsTo, FallsTo, Reaches
+from grainlaw.conditions import AtRest, ComesTo, FailsTo, FallsTo, Lasts, Reaches
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.integration import CentralDifference, DynamicRelaxation, Integrator
 from grainlaw.laws import Linear
@@ -114,3 +114,26 @@ def test_a_fall_is_a_failure_if_a_contact_has_broken_in_this_stage(share):
 
     assert [progress(cracks, 0) for cracks in ([0, 0, 0], [0, 0, 1], [1, 1, 1])] == [0, 1, 1]
     assert [progress(cracks, 1) for cracks in ([2, 2, 2], [2, 2, 3])] == [0, 1]
+
+
+def test_a_stage_lasts_from_its_own_begin():
+    """The first sample of a stage is one interval after it began, and it ends with the first that is late enough."""
+
+    @attrs.frozen(kw_only=True)
+    class PullAndHold(Rest):
+        def stages(self, specimen):
+            held, pulled = Drive(boundary="bottom", axis=1, speed=0.0), Drive(boundary="top", axis=1, speed=0.01)
+            still = attrs.evolve(pulled, speed=0.0)
+            weight = Hold(boundary="top", axis=1, stress=STRESS)
+            return [
+                gl.Stage(name="weigh", loads=[held, weight], until=[AtRest(1e-3)], interval=5e-6, static=True),
+                gl.Stage(name="pull", loads=[held, pulled], until=[Lasts(2e-5)], interval=5e-6),
+                gl.Stage(name="hold", loads=[held, still], until=[Lasts(duration=1e-5)], interval=2e-6),
+            ]
+
+    curves = gl.simulate(column(3, 2e-3), Linear(kn=KN, ks=KN), PullAndHold(ramp=0.0, ratio=1.0)).curves
+    ends = [curves["time"][curves["stage"] == stage][-1] for stage in range(3)]
+    pulled, held = np.diff(ends)
+    assert 2e-5 <= pulled < 2.5e-5
+    assert 1e-5 <= held < 1.2e-5
+    assert "stage_time" not in curves

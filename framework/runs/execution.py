@@ -9,7 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.columns import ENERGY, SPENT, SUPPLIED, THERMAL
+from grainlaw.columns import ENERGY, SPENT, STAGE_TIME, SUPPLIED, THERMAL, TIME
 from grainlaw.conditions import StageError
 from grainlaw.engine.ageing import age_at_rest
 from grainlaw.engine.diagnosis import fastest, first_fault
@@ -168,7 +168,7 @@ class Execution:
     def _observe(self, stage: Stage) -> float:
         """Show the sample to all observers; returns the share of the stage that is done."""
         curves = self.columns.since(self.at.first_sample)
-        seen = self.protocol.counted(self.columns.since(0), self.at.first_sample)
+        seen = self._seen_by_conditions()
         progress = max(condition.progress(seen) for condition in stage.ends)
         if self.folder is not None:  # curves before pictures, which take more room
             self.folder.sample(self.columns.since(0), self.state)
@@ -180,12 +180,16 @@ class Execution:
                 self.folder.summarize(self._summary_so_far(), "running")
         return progress
 
+    def _seen_by_conditions(self) -> dict[str, np.ndarray]:
+        curves = self.protocol.counted(self.columns.since(0), self.at.first_sample)
+        return {**curves, STAGE_TIME: curves[TIME] - self.state.began}
+
     def _refuse_idle(self, stage: Stage) -> None:
         """Raise StageError where nothing is imposed on a specimen that has never moved, and its test sees no change."""
         count = self.columns.count - self.at.first_sample
         if stage.loads or count != IDLE or self.state.kinetic_energy:
             return
-        curves = self.protocol.counted(self.columns.since(0), self.at.first_sample)
+        curves = self._seen_by_conditions()
         before = {name: column[:-1] for name, column in curves.items()}
         if all(end.progress(curves) == end.progress(before) for end in stage.ends):
             raise StageError(
