@@ -318,7 +318,7 @@ def missing(curves: Mapping[str, np.ndarray], names: Iterable[str]) -> list[str]
 def require(where: str, curves: Mapping[str, np.ndarray], *names: str) -> None:
     """Raise :class:`ParameterError`, which says ``where``, unless these columns were recorded."""
     if absent := missing(curves, names):
-        own = [name for name in curves if not is_of_every_test(name)]
+        own = [name for name in curves if not (is_of_every_test(name) or name == STAGE_TIME)]
         raise ParameterError(
             f"{where} needs the column{'s' * (len(absent) > 1)} {' and '.join(absent)}, which the test does not "
             f"record; it records {', '.join(own) or 'nothing else'}"

@@ -31,6 +31,8 @@ class Quantity(metaclass=Checked):
     Who records a number declares it: a test in :attr:`LoadingProtocol.quantities`, a measure by itself; those that
     several tests have are in ``grainlaw.columns``. Values are in SI; ``gl.Quantity("force", "kN/m")`` shows them in
     kN/m. A number that nobody has declared is shown as it is.
+
+    Raises :class:`ParameterError` for a unit that is none of mechanics, unless its ``factor`` is given.
     """
 
     name: str  #: of a column, of an entry of a summary, of an array
@@ -48,7 +50,7 @@ class Quantity(metaclass=Checked):
 
     @factor.default
     def _by_unit(self) -> float:
-        return factor_into(self.unit)
+        return factor_into(self.unit, f"Quantity {self.name}: unit")
 
     @property
     def unit_shown(self) -> str:

@@ -30,6 +30,8 @@ SYMBOLS: dict[str, Unit] = {
 PLAIN: dict[str, Unit] = {  #: they take no prefix
     "1": (Fraction(1), (0, 0, 0, 0, 0, 0)),
     "%": (Fraction(1, 100), (0, 0, 0, 0, 0, 0)),
+    "permille": (Fraction(1, 1000), (0, 0, 0, 0, 0, 0)),
+    "‰": (Fraction(1, 1000), (0, 0, 0, 0, 0, 0)),
     "min": (Fraction(60), (0, 0, 1, 0, 0, 0)),
     "h": (Fraction(3600), (0, 0, 1, 0, 0, 0)),
     "day": (Fraction(86_400), (0, 0, 1, 0, 0, 0)),
@@ -54,7 +56,7 @@ SHOWN = {  #: prefixes to write, by power of ten, for units that begin with a sy
     "Pa": {0: "", 3: "k", 6: "M", 9: "G", 12: "T"}, "m": {0: "", -3: "m", -6: "u"}, "s": {0: "", -3: "m", -6: "u"},
 }  # fmt: skip
 NUMBER = re.compile(r"\s*([+-]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|inf))\s*(.*?)\s*")
-FACTOR = re.compile(r"([A-Za-zµμ%°]+|1)(?:\^?([+-]?\d)|([²³]))?")
+FACTOR = re.compile(r"([A-Za-zµμ%‰°]+|1)(?:\^?([+-]?\d)|([²³]))?")
 
 
 def quantity(value: Any, unit: str, name: str = "the value") -> float:
@@ -97,11 +99,15 @@ def in_si(text: str) -> float | None:
     return float(Fraction(found[1]) * unit[0])
 
 
-def factor_into(unit: str) -> float:
-    """A value in SI, angles in rad, times this is the value in ``unit``; 1 for what is no unit of mechanics."""
-    found = _unit(unit)
+def factor_into(unit: str, where: str = "the unit") -> float:
+    """A value in SI, angles in rad, times this is the value in ``unit``; 1 for an empty text.
+
+    Raises :class:`~grainlaw.messages.ParameterError`, which begins with ``where``, for what is no unit of mechanics.
+    """
+    found = _unit(unit or "1")
     if found is None:
-        return 1.0
+        wanted = "a unit such as 'MPa', '%', 'permille', 'mm' or 'J/m2'; for another one, give the factor from SI, too"
+        raise refusal(where, unit, wanted)
     size, (*_, angle) = found
     return (180 / math.pi) ** angle * float(1 / size)
 
@@ -131,7 +137,7 @@ def without_prefixes(unit: str) -> str:
         text = found[0]
         return text[1:] if text not in PLAIN | SYMBOLS and text[:1] in PREFIXES and text[1:] in SYMBOLS else text
 
-    return "1" if unit == "%" else re.sub(r"[^\W\d_]+", bare, unit)
+    return "1" if unit in ("%", "permille", "‰") else re.sub(r"[^\W\d_]+", bare, unit)
 
 
 def written(value: float, unit: str) -> str:

@@ -293,7 +293,7 @@ def test_encodings_and_thousands(encoding, head, tmp_path):
     file.write_text(f'"{head}";"Kraft [N]"\r\n' + '"1,5";"12.345,5"\r\n' * 12, encoding=encoding)
     strain, force = read_table("test", file).columns
     assert (strain.name, force.unit) == (head.split()[0], "N")
-    assert strain.unit == {"%": "%", "‰": "mm/m", "µε": "um/m"}[head.split()[1][1:-1]]
+    assert strain.unit == {"%": "%", "‰": "‰", "µε": "um/m"}[head.split()[1][1:-1]]
     assert strain.values.tolist() == [1.5] * 12
     assert force.values.tolist() == [12345.5] * 12
 

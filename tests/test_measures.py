@@ -64,11 +64,20 @@ def test_ratios_are_thresholds_over_the_stress_at_the_peak():
 @pytest.mark.parametrize(
     ("unit", "shown"),
     [("GPa", 60e9 * 1e-9), ("mm", 60e9 * 1e3), ("%", 60e9 * 100), ("deg", np.degrees(60e9)), ("1", 60e9),
-     ("J/m", 60e9), ("kJ/m2", 60e9 * 1e-3), ("no unit", 60e9)],
+     ("J/m", 60e9), ("kJ/m2", 60e9 * 1e-3), ("permille", 60e12), ("‰", 60e12)],
 )  # fmt: skip
 def test_the_factor_follows_from_the_unit(unit, shown):
     assert 60e9 * Eighth(unit=unit).factor == pytest.approx(shown, rel=1e-15)
     assert factor_into(unit) == Eighth(unit=unit).factor
+
+
+@pytest.mark.parametrize("unit", ["bananas", "1e-3", "MPA"])
+def test_what_is_no_unit_is_refused(unit):
+    with pytest.raises(gl.ParameterError, match=f"Quantity ripeness: unit = '{unit}' is not allowed, it must be a u"):
+        gl.Quantity("ripeness", unit)
+    with pytest.raises(gl.ParameterError, match=f"Eighth: unit = '{unit}'"):
+        assert Eighth(unit=unit).factor
+    assert gl.Quantity("ripeness", unit, factor=2).with_unit(3) == f"6 {unit}"
 
 
 @pytest.mark.thorough

@@ -51,7 +51,7 @@ class Measure(metaclass=Checked):
     @property
     def factor(self) -> float:
         """The value in SI times this is the value in ``unit``; by default found from the unit."""
-        return factor_into(self.unit)
+        return factor_into(self.unit, f"{type(self).__name__}: unit")
 
     @property
     def of_curves(self) -> bool:

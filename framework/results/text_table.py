@@ -44,7 +44,7 @@ USUAL = ("MPa", "kPa", "GPa", "Pa", "kN", "N", "mm", "um", "cm", "s", "min", "h"
 SPELT = {each.lower(): each for each in USUAL} | {
     "sec": "s", "secs": "s", "seconds": "s", "hours": "h", "-": "1", "in/in": "1",
     **dict.fromkeys(("µε", "με", "ue", "µstrain", "μstrain", "ustrain", "microstrain", "microstrains"), "um/m"),
-    **dict.fromkeys(("mε", "mstrain", "millistrain", "‰"), "mm/m"),
+    **dict.fromkeys(("mε", "mstrain", "millistrain"), "mm/m"),
 }  # fmt: skip
 
 
