@@ -215,7 +215,7 @@ def test_a_rock_is_found_by_its_strengths():
         ucs=(means[0], 0.01 * means[0]), tensile_strength=(means[1], 0.01 * means[1]),
         triaxial={5 * MPa: (means[2], 0.01 * means[2])},
     )  # fmt: skip
-    found = looked_at(asked.space, targets, asked.specimens, 1.0, 0, asked.emulator)
+    found = looked_at(asked.space, targets, asked.specimens, None, 0, asked.emulator)
     assert list(found.best.values()) == pytest.approx(truth[0].tolist(), rel=0.02)
     assert all(
         low < value < high for value, (low, high) in zip(truth[0], found.summary["intervals"].values(), strict=True)
@@ -234,7 +234,7 @@ def test_a_rock_is_found_by_its_strengths():
 
 def test_what_no_parameters_can_give_is_said():
     asked = match({"ucs": 2000 * MPa}, error=0.01)
-    found = looked_at(asked.space, gl.Targets(ucs=2000 * MPa), asked.specimens, 1.0, 0, asked.emulator)
+    found = looked_at(asked.space, gl.Targets(ucs=2000 * MPa), asked.specimens, None, 0, asked.emulator)
     assert found.posterior is None
     assert found.best == found.expected == {}
     assert "nothing in the ranges is plausible" in str(found)
@@ -256,7 +256,7 @@ CELLS = Breakable(Voronoi(grains=20, seed=1), VoronoiCells(count=4))
 )
 def test_what_it_does_not_know_is_said(law, rock, targets, words):
     space = space_of(law, {"cohesion": (20 * MPa, 40 * MPa)}, {}, {})
-    found = looked_at(space, gl.Targets(**(targets or {"ucs": 1e8})), {"prism": rock or specimen()}, 1.0, 0)
+    found = looked_at(space, gl.Targets(**(targets or {"ucs": 1e8})), {"prism": rock or specimen()}, None, 0)
     assert words in found
 
 
@@ -276,7 +276,7 @@ def test_broken_contacts_without_friction_are_those_of_the_least_that_it_was_tau
     targets, fits = gl.Targets(ucs=90 * MPa, tensile_strength=6 * MPa), {}
     for angle in (0.0, 0.05):
         law = attrs.evolve(LAW, residual_friction_angle=angle)
-        fits[angle] = looked_at(space_of(law, FREE, {}, {}), targets, {"prism": specimen()}, 1.0, 0)
+        fits[angle] = looked_at(space_of(law, FREE, {}, {}), targets, {"prism": specimen()}, None, 0)
     ends = [fit.expected["ucs"] for fit in fits.values()]
     assert ends[0] == pytest.approx(ends[1], rel=1e-2)
 
@@ -295,3 +295,18 @@ def test_a_first_look_finds_what_a_rock_bears():
     low, high = found.summary["intervals"]["tensile_strength"]
     assert low < LAW.tensile_strength < high
     assert found.expected["ucs"][0] == pytest.approx(measured["ucs"].value, rel=0.05)
+
+
+@pytest.mark.thorough
+def test_a_first_look_gives_a_law_with_the_modulus_that_was_asked_for():
+    """By statics of the specimens of the first three seeds, with grains as stiff as it says; it warns as a search."""
+    targets = gl.Targets(youngs_modulus=45 * GPa, poissons_ratio=0.24, ucs=120 * MPa)
+    with pytest.warns(UserWarning, match=r"first_look: 1 targets of strength \(ucs\) for 2 free .* cannot determine all"):
+        found = gl.first_look(targets, LAW, {k: FREE[k] for k in ("cohesion", "friction_angle")}, specimen, seeds=2)
+    given = [gl.elastic_properties(found.rock(specimen(seed)), found.law).modulus for seed in (1, 2)]
+    assert np.mean(given) == pytest.approx(45e9, rel=0.01)
+    assert found.parameters == {"kn": found.law.kn, "ks": found.law.ks, **found.best}
+    assert found.law.tensile_strength == LAW.tensile_strength
+    assert [line.split() for line in str(found).splitlines() if line.startswith("E (GPa)")] == [
+        ["E", "(GPa)", "45.00", f"{found.moduli['youngs_modulus'] / 1e9:.2f}"]
+    ]

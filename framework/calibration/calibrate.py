@@ -70,14 +70,7 @@ def calibrate(
     space = _space(law, free, tied or {}, shapes, targets)
     parts = 3 if targets.elastic else 2  # a pilot, the first wave, and as much for the later ones
     checked_whole_number("calibrate: budget", budget, at_least=parts * (len(space.groups) + 4))
-    if len(targets.tested) < len(space.free):
-        given, asked = ", ".join(targets.tested), ", ".join(free)
-        warnings.warn(
-            f"calibrate: {len(targets.tested)} targets of strength ({given}) for {len(space.free)} free parameters "
-            f"({asked}) cannot determine all of them: give more targets, or fix or tie a parameter",
-            stacklevel=3,
-        )
-
+    _warn_of_few("calibrate", targets, space)
     case = TrialCase(space.law, space.base, space.ties, shapes, made, 1.0)
     names = [name for name in measured_by(wanted, targets) if not AIMS[name].is_elastic]
     first, others = range(1, seeds + 1), range(seeds + 1, seeds + more + 1)
@@ -111,6 +104,16 @@ def calibrate(
         )  # fmt: skip
 
 
+def _warn_of_few(where: str, targets: Targets, space: Space) -> None:
+    if len(targets.tested) < len(space.free):
+        given, asked = ", ".join(targets.tested), ", ".join(space.names)
+        warnings.warn(
+            f"{where}: {len(targets.tested)} targets of strength ({given}) for {len(space.free)} free parameters "
+            f"({asked}) cannot determine all of them: give more targets, or fix or tie a parameter",
+            stacklevel=4,
+        )
+
+
 def _quantities(targets: Targets, also: Sequence[str]) -> tuple[str, ...]:
     """Targets that take tests to failure, and what is measured beside them. Raises :class:`ParameterError`."""
     if not targets.tested:
@@ -125,19 +128,19 @@ def _aimed(
     search: Search, simulator: StudySimulator, targets: Targets, shapes: Mapping[str, Any], elastic: str
 ) -> tuple[Search, Stiffness | None, FirstLook | None]:
     """The search among rocks that meet the elastic targets, and to begin where a first look sees the strengths."""
-    ones = _one_of_each(shapes)
+    ones, stiffness = _one_of_each(shapes), None
     if targets.elastic:
         statics = _statics(search.space, shapes, len(search.seeds), elastic)
         stiffness = expected_stiffness(search.space, targets, ones, statics, search.seed)
         search = stiffened(search, simulator, stiffness)
-    look = looked_at(search.space, targets, ones, simulator.case.grains, search.seed)
+    look = looked_at(search.space, targets, ones, stiffness, search.seed)
     known = look if isinstance(look, FirstLook) else None
     if known is not None:
         search.tell(f"{known}")
         if known.posterior is not None:
             count = len(search.space.free) * BEGIN
             search = attrs.evolve(search, begin=known.beginning(count, search.seed))
-    if not targets.elastic:
+    if stiffness is None:
         return search, None, known
     wanted = {name: target.value for name, target in targets.elastic.items()}
     return *meet_moduli(search, simulator, statics, wanted, stiffness), known
@@ -155,11 +158,12 @@ def first_look(
     """
     _check_choices(elastic, seeds=(seeds, FEWEST_SEEDS), seed=(seed, 0))
     shapes = checked_specimens(specimens, needed_tests([*targets.tested]))
-    space, ones, grains = _space(law, free, tied or {}, shapes, targets), _one_of_each(shapes), 1.0
+    space, ones, stiffness = _space(law, free, tied or {}, shapes, targets), _one_of_each(shapes), None
+    _warn_of_few("first_look", targets, space)
     if targets.elastic:
         stiffness = expected_stiffness(space, targets, ones, _statics(space, shapes, seeds, elastic), seed)
-        space, grains = with_stiffness(space, stiffness), stiffness.grains
-    found = looked_at(space, targets, ones, grains, seed)
+        space = with_stiffness(space, stiffness)
+    found = looked_at(space, targets, ones, stiffness, seed)
     if isinstance(found, str):
         raise ParameterError(f"first_look: the emulator that comes with grainlaw does not know this rock: {found}")
     return found

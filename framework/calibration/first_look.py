@@ -22,7 +22,10 @@ from grainlaw.calibration.check import NORMAL
 from grainlaw.calibration.matching import LIMIT, normal_likelihood
 from grainlaw.calibration.posterior import Posterior, posterior
 from grainlaw.calibration.space import Space
+from grainlaw.calibration.stiffness_search import Stiffness, with_grains
 from grainlaw.calibration.targets import AIMS, Target, Targets, as_emulated, strength_at
+from grainlaw.contact import ContactLaw
+from grainlaw.fields import ParameterError
 from grainlaw.laws import MohrCoulomb
 from grainlaw.material import Elastic
 from grainlaw.quantity import aligned
@@ -288,6 +291,25 @@ class FirstLook(metaclass=Checked):
     match: FirstMatch  #: the emulator beside the targets
     posterior: Posterior | None  #: samples; None where no parameters in the ranges are plausible
     least: float  #: implausibility of the best point
+    stiffness: Stiffness | None = None  #: that of the contacts; None without elastic targets
+    elastic: Mapping[str, Target] = attrs.field(factory=dict)  #: targets that statics meet
+
+    @property
+    def law(self) -> ContactLaw:
+        """With the most likely parameters. Raises :class:`ParameterError` where none is plausible."""
+        if self.posterior is None:
+            raise ParameterError(f"FirstLook: there is no law: {self.in_words}")
+        return self.match.space.made(self.best)
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """All that was found of the law: elastic, free and tied; empty where none is plausible."""
+        elastic = self.stiffness.parameters if self.stiffness else {}
+        return {**elastic, **self.match.space.with_tied(self.best)} if self.best else {}
+
+    def rock(self, specimen: Specimen) -> Specimen:
+        """A specimen with grains as stiff as the law takes them to be."""
+        return with_grains(specimen, self.match.grains)
 
     @property
     def best(self) -> dict[str, float]:
@@ -305,6 +327,13 @@ class FirstLook(metaclass=Checked):
         values = np.where(is_log, np.exp(ends), ends)
         return {name: tuple(map(float, row)) for name, row in zip(self.match.targets, values.T, strict=True)}  # type: ignore[misc]
 
+    @property
+    def moduli(self) -> dict[str, float]:
+        """What a test of the best parameters gives, by elastic target (SI)."""
+        if self.posterior is None or self.stiffness is None:
+            return {}
+        return self.match.moduli(self.posterior.best, self.stiffness.modulus, self.stiffness.poisson)
+
     def beginning(self, count: int, seed: int) -> np.ndarray:
         """(n, d) points for a search to begin with, at most ``count``: the posterior, twice as wide."""
         assert self.posterior is not None
@@ -321,7 +350,10 @@ class FirstLook(metaclass=Checked):
         found: Posterior | None = self.posterior
         names = self.match.space.names
         intervals = {name: list(found.interval(k)) for k, name in enumerate(names)} if found else {}
-        return {"best": self.best, "intervals": intervals, "expected": self.expected, "implausibility": self.least}
+        return {
+            "best": self.best, "intervals": intervals, "expected": self.expected, "implausibility": self.least,
+            "parameters": self.parameters, "moduli": self.moduli, "grains": self.match.grains,
+        }  # fmt: skip
 
     @property
     def in_words(self) -> str:
@@ -338,11 +370,15 @@ class FirstLook(metaclass=Checked):
             low, high = (rounded(value, free.unit) for value in self.posterior.interval(k))
             rows.append([free.name, rounded(self.best[free.name], free.unit), f"{low} to {high}"])
         told = [["expected", "target", "of the best", "95 %"]]
+        for name, target in self.elastic.items():
+            text = AIMS[name].shown.text
+            told.append([AIMS[name].shown.heading, text(target.value), text(self.moduli[name]), ""])
         for name, (value, least, most) in self.expected.items():
             text = AIMS[name].shown.text
             told.append([AIMS[name].shown.heading, text(self.match.targets[name].value), text(value),
                          f"{text(least)} to {text(most)}"])  # fmt: skip
-        return f"{aligned(rows, rule=True)}\n\n{aligned(told, rule=True)}"
+        parts = [aligned(rows, rule=True), aligned(told, rule=True)]
+        return "\n\n".join([self.stiffness.in_words, *parts] if self.stiffness else parts)
 
 
 def first_match(
@@ -354,16 +390,16 @@ def first_match(
 
 
 def looked_at(
-    space: Space, targets: Targets, specimens: Mapping[str, Specimen], grains: float, seed: int,
+    space: Space, targets: Targets, specimens: Mapping[str, Specimen], stiffness: Stiffness | None, seed: int,
     emulator: ShippedEmulator | None = None,
 ) -> FirstLook | str:  # fmt: skip
     """The posterior of the emulator, in seconds, or why it knows nothing of the rock.
 
-    ``specimens`` are one of each shape, ``grains`` how many times stiffer than given their grains are.
+    ``specimens`` are one of each shape, ``stiffness`` that of space and grains where statics found it.
     """
     if unknown := why_unknown(space, targets, specimens):
         return unknown
-    match = first_match(space, targets, specimens, grains, emulator)
+    match = first_match(space, targets, specimens, stiffness.grains if stiffness else 1.0, emulator)
     points = space.prior(TRIED, seed)
     likely = match.log_likelihood(points)
     start = points[np.argsort(-likely, kind="stable")[: min(STARTS, int(np.isfinite(likely).sum()))]]
@@ -371,4 +407,4 @@ def looked_at(
         return "it knows no rock with these parameters; its ranges are in docs/calibration.md"
     found = posterior(match, start, seed)
     least = float(match.implausibility(found.best[None]).max())
-    return FirstLook(match, found if least <= LIMIT else None, least)
+    return FirstLook(match, found if least <= LIMIT else None, least, stiffness, targets.elastic)

@@ -71,8 +71,8 @@ class Calibration(metaclass=Checked):
     @property
     def parameters(self) -> dict[str, float]:
         """All that was found of the law: free, tied and elastic; empty where the targets are in conflict."""
-        tied = {tie.name: tie.times * self.best[tie.to] for tie in self.space.ties} if self.best else {}
-        return {**(self.stiffness.parameters if self.stiffness else {}), **self.best, **tied} if self.best else {}
+        elastic = self.stiffness.parameters if self.stiffness else {}
+        return {**elastic, **self.space.with_tied(self.best)} if self.best else {}
 
     def rock(self, specimen: Specimen) -> Specimen:
         """A specimen with the grains that were found: those of ``specimens``, or stiffer ones."""
@@ -113,12 +113,7 @@ class Calibration(metaclass=Checked):
         lines = [f"{self.space.kind.__name__}, {len(self.found.design.points)} points on {self.seeds} seeds in "
                  f"{len(self.found.waves)} waves, {self.cpu / 3600:.2g} CPU hours"]  # fmt: skip
         if self.stiffness is not None:
-            found = ", ".join(f"{name} = {rounded(v, 'Pa/m')}" for name, v in self.stiffness.parameters.items())
-            more = f", grains {self.grains:.4g} times as stiff" if self.grains != 1 else ""
-            lines.append(
-                f"by statics E = {self.stiffness.modulus / 1e9:.2f} GPa and nu = {self.stiffness.poisson:.3f} "
-                f"with {found}{more}"
-            )
+            lines.append(self.stiffness.in_words)
             if self.stiffness.tested:
                 lines.append(f"with which tests gave {in_words(self.stiffness.tested)} in the pilot")
         scale = self.space.scale

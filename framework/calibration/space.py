@@ -107,6 +107,10 @@ class Space(metaclass=Checked):
         """A point by the names of its parameters."""
         return dict(zip(self.names, map(float, point), strict=True))
 
+    def with_tied(self, values: Mapping[str, float]) -> dict[str, float]:
+        """Free parameters by name, and those that follow from them."""
+        return {**values, **{tie.name: tie.times * values[tie.to] for tie in self.ties}}
+
     def points(self, places: np.ndarray) -> np.ndarray:
         """(n, d) parameters from places (n, d)."""
         return np.column_stack([free.at(places[:, k]) for k, free in enumerate(self.free)])

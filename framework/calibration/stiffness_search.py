@@ -44,6 +44,13 @@ class Stiffness:
     solutions: int  #: how many were made
     tested: Mapping[str, float] = attrs.field(factory=dict)  #: what the test gives instead, by target; SI
 
+    @property
+    def in_words(self) -> str:
+        """What statics gave by which stiffness, in one line."""
+        found = ", ".join(f"{name} = {rounded(value, STIFF)}" for name, value in self.parameters.items())
+        more = f", grains {self.grains:.4g} times as stiff" if self.grains != 1 else ""
+        return f"by statics E = {self.modulus / 1e9:.2f} GPa and nu = {self.poisson:.3f} with {found}{more}"
+
 
 def stiffness_names(law: Any) -> tuple[str, str]:
     """The parameters that are the law's normal and shear stiffness. Raises :class:`ParameterError`."""
