@@ -31,6 +31,7 @@ from multiprocessing.context import ForkServerContext, ForkServerProcess
 from pathlib import Path
 from typing import Any
 
+from grainlaw.columns import quantity_of
 from grainlaw.engine.device import Gpu
 from grainlaw.fields import ParameterError, UnitWarning
 from grainlaw.messages import refusal
@@ -464,5 +465,10 @@ class Watcher:
 
 def _label(factors: Mapping[str, Any]) -> str:
     """The factors of a case; the last of them where they are many, so that there is room for how far it is."""
-    words = ", ".join(f"{name} = {level}" for name, level in factors.items())
-    return words if len(words) <= LABEL else f"...{words[3 - LABEL :]}"
+    shown = {k: quantity_of(k).with_unit(v) if isinstance(v, float) else v for k, v in factors.items()}
+    parts = [f"{name} = {level}" for name, level in shown.items()]
+    words, first = ", ".join(parts), 0
+    while len(words) > LABEL and first < len(parts) - 1:
+        first += 1
+        words = ", ".join(["...", *parts[first:]])
+    return words if len(words) <= LABEL else f"{words[: LABEL - 3]}..."
