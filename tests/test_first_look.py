@@ -301,9 +301,7 @@ def test_a_first_look_finds_what_a_rock_bears():
 def test_a_first_look_gives_a_law_with_the_modulus_that_was_asked_for():
     """By statics of the specimens of the first three seeds, with grains as stiff as it says; it warns as a search."""
     targets = gl.Targets(youngs_modulus=45 * GPa, poissons_ratio=0.24, ucs=120 * MPa)
-    with pytest.warns(
-        UserWarning, match=r"first_look: 1 targets of strength \(ucs\) for 2 free .* cannot determine all"
-    ):
+    with pytest.warns(UserWarning, match=r"first_look: 1 targets of strength \(ucs\) for 2 free .* cannot"):
         found = gl.first_look(targets, LAW, {k: FREE[k] for k in ("cohesion", "friction_angle")}, specimen, seeds=2)
     given = [gl.elastic_properties(found.rock(specimen(seed)), found.law).modulus for seed in (1, 2)]
     assert np.mean(given) == pytest.approx(45e9, rel=0.01)

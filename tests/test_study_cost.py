@@ -139,9 +139,9 @@ def test_bars_say_what_is_done_failed_and_at_work(monkeypatch, tmp_path):
 
 def test_a_case_of_many_factors_is_named_by_the_last_ones():
     factors = {"tensile_strength": 7552000.0, "cohesion": 26250000.0, "test": "tension", "seed": 2}
-    assert workers._label(factors) == "..., test = tension, seed = 2"
+    assert workers._label(factors) == "... test = tension, seed = 2"
     confined = {"confinement": 5e6, "seed": 2}
-    assert workers._label({"cohesion": 26250000.0, **confined}) == "..., confinement = 5.00 MPa, seed = 2"
+    assert workers._label({"cohesion": 26250000.0, **confined}) == "... confinement = 5.00 MPa, seed = 2"
     assert workers._label({"kind": "a" * 40}) == f"kind = {'a' * 26}..."
     assert workers._label({"law": "a", "seed": 1}) == "law = a, seed = 1"
 

@@ -470,5 +470,5 @@ def _label(factors: Mapping[str, Any]) -> str:
     words, first = ", ".join(parts), 0
     while len(words) > LABEL and first < len(parts) - 1:
         first += 1
-        words = ", ".join(["...", *parts[first:]])
+        words = f"... {', '.join(parts[first:])}"
     return words if len(words) <= LABEL else f"{words[: LABEL - 3]}..."
