@@ -56,7 +56,7 @@ from .strength import Until
 from .studies.comparison import Comparison, compare
 from .studies.design import latin_hypercube, sobol
 from .studies.envelope import StrengthEnvelope, fit_hoek_brown, fit_mohr_coulomb
-from .studies.study import Study
+from .studies.study import Study, read_study
 from .studies.workers import ExecutorError
 from .tessellation import Tessellation, Tessellator, TilingError
 from .time_series import TimeSeries, pulse
@@ -150,6 +150,7 @@ __all__ = [
     "plot_material",
     "pulse",
     "read_curve",
+    "read_study",
     "rocks",
     "side_by_side",
     "simulate",

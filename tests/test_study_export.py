@@ -39,6 +39,29 @@ def test_latex_has_all_rows_with_three_digits(mixed):
     assert len(lines) == 14
 
 
+def test_means_and_differences_are_tables_for_a_paper(mixed):
+    """Of 1e8 / 3 * seed + strength: seeds 1 and 2, one of which failed; strengths of 12.5 and 13 MPa."""
+    lines = mixed.means("law", "strength")["largest_stress"].to_latex().splitlines()
+    assert lines[0] == r"\begin{tabular}{lrrrr}"
+    assert lines[2] == r"law, strength (MPa) & n & largest stress (MPa) & 95 \% & deviation \\"
+    assert lines[4].startswith("A, 12.5 & 2 & 62.50 & $-149")  # (1.5 / 3) 1e8 + 12.5e6, and 1/sqrt(2) t 23.57 below
+    lines = mixed.paired("strength")["largest_stress"].to_latex().splitlines()
+    assert lines[2].startswith(r"law & levels & n & largest stress (MPa) & 95 \% & share & higher & p \\")
+    assert lines[4].startswith("A & 13 - 12.5 & 2 & 0.50 & 0.50 to 0.50 & ")
+
+
+def test_a_study_is_read_from_its_folder_alone(mixed, tmp_path):
+    """In the order of factors, as it has that of no design."""
+    read = gl.read_study(tmp_path / "s")
+    assert read.factors == mixed.factors
+    assert [(r["law"], r["strength"], r["seed"]) for r in read.rows] == [
+        (r["law"], r["strength"], r["seed"]) for r in mixed.rows
+    ]
+    assert np.array_equal(read["largest_stress"], mixed["largest_stress"], equal_nan=True)
+    with pytest.raises(gl.ParameterError, match="no store of a study"):
+        gl.read_study(tmp_path)
+
+
 def test_pandas_has_numbers_where_the_table_has(mixed):
     frame = mixed.to_pandas()
     assert list(frame.columns) == list(mixed.columns)

@@ -108,6 +108,7 @@ def data_frame(where: str, columns: Mapping[str, Any]) -> pandas.DataFrame:
     return pandas.DataFrame(flat)
 
 
+NEGATIVE = re.compile(r"(?<![^\s(])(-\d[\d.]*(?:e[+-]?\d+)?)")  #: a number, after a blank or at the begin
 SYMBOL = re.compile(r"(E|nu)(\*?)_(\w+)")  #: of a modulus, in the words of a measure
 ESCAPED = str.maketrans(
     {each: f"\\{each}" for each in "%&#_{}"} | {"$": r"\$", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
@@ -122,12 +123,27 @@ def latex_table(heads: Sequence[str], rows: Iterable[Sequence[str]], places: str
     return "\n".join([ends[0], r"\toprule", head, r"\midrule", *body, r"\bottomrule", ends[1]])
 
 
+def latex_lines(lines: Sequence[Sequence[str]]) -> str:
+    """The texts of a printed table, its headings first, as a table for a paper; the first column has words."""
+    if not lines:
+        return latex_table([], [], "")
+    heads, *rows = lines
+    cells = [[_latex_heading(first), *map(latex, others)] for first, *others in rows]
+    return latex_table([*map(_latex_heading, heads)], cells, "l" + "r" * (len(heads) - 1))
+
+
+def _latex_heading(text: str) -> str:
+    """Words with their unit in brackets."""
+    words, bracket, unit = text.removesuffix(")").rpartition(" (")
+    return f"{latex(words)} ({latex_unit(unit)})" if bracket and text.endswith(")") else latex(text)
+
+
 def latex(text: str) -> str:
     """Words or a number in LaTeX: what has a meaning there is escaped, the symbol of a modulus and a minus are set."""
     if text == "-":
         return "--"
-    if re.fullmatch(r"-[\d.]+(e.*)?", text):
-        return f"${text}$"
+    if NEGATIVE.match(text):
+        return NEGATIVE.sub(r"$\1$", text.translate(ESCAPED))
     symbol = SYMBOL.match(text)
     if symbol is None:
         return text.translate(ESCAPED)

@@ -23,7 +23,7 @@ from grainlaw.results.means import mean_and_range, means
 from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
 from grainlaw.results.standard_measures import MEASURES
-from grainlaw.results.tables import write_curves, write_json
+from grainlaw.results.tables import latex_lines, write_curves, write_json
 from grainlaw.runs.parallel import Run, simulate_all
 from grainlaw.runs.stopping import Stopped
 from grainlaw.short_form import html_table
@@ -166,6 +166,10 @@ class Comparison(Mapping[Key, Result], metaclass=Checked):
         seeds = ", ".join(map(str, self.seeds))
         last = [f"mean (range) of the samples with the seeds {seeds}"] if seeds else []
         return "\n".join([aligned(self._rows(), rule=True), *last, *reasons, *self._doubts])
+
+    def to_latex(self) -> str:
+        """The printed table for a paper (LaTeX, package booktabs)."""
+        return latex_lines(self._rows())
 
     def _rows(self) -> list[list[str]]:
         by_law = self.by_law

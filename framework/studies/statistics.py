@@ -17,6 +17,7 @@ from grainlaw.fields import ParameterError, checked_number
 from grainlaw.messages import nearest
 from grainlaw.quantity import Quantity, aligned
 from grainlaw.results.means import quantile, spread
+from grainlaw.results.tables import latex_lines
 
 MOST = 10_000_000  #: samples that are asked for at most
 
@@ -124,6 +125,10 @@ class Listing(tuple):
     def lines(self) -> list[list[str]]:
         """The texts of a table, with its headings first; empty where there is nothing."""
         return [_heading(self[0], self.look.heading), *(_row(entry, self.look) for entry in self)] if self else []
+
+    def to_latex(self) -> str:
+        """The same table for a paper (LaTeX, package booktabs)."""
+        return latex_lines(self.lines)
 
     def __str__(self) -> str:
         return aligned(self.lines, rule=True) if self else f"there is nothing to say of {self.name}"

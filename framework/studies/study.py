@@ -9,7 +9,7 @@ import os
 import sys
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from typing import Any
 import attrs
 import cloudpickle
 
-from grainlaw.arguments import Checked
+from grainlaw.arguments import Checked, checked
 from grainlaw.compiler.cache import is_portable
 from grainlaw.engine.device import Gpu
 from grainlaw.engine.thread_count import cores
@@ -283,6 +283,23 @@ class Study(metaclass=Checked):
 
     def _about(self) -> dict[str, Any]:
         return {"grainlaw": sys.modules["grainlaw"].__version__, "factors": list(self.design.names)}
+
+
+@checked
+def read_study(folder: Folder) -> Table:
+    """The table of all cases that the folder of a study has, also of one from the command line; by their factors.
+
+    :meth:`Study.table` gives those of one study in its own order. Raises :class:`ParameterError` for a folder that is
+    no store.
+    """
+    store = Store(folder, make=False)
+    rows = [row for row in store.rows(store.cases()) if row is not None]
+    names = [*dict.fromkeys(name for row in rows for name in row["factors"])]
+
+    def place(row: Mapping[str, Any]) -> list[tuple[bool, Any]]:
+        return [(isinstance(level := row["factors"].get(name, ""), str), level) for name in names]
+
+    return Table(sorted(rows, key=place), names, store)
 
 
 def _word(name: str, recorded: Any, given: str) -> bytes:
