@@ -152,6 +152,7 @@ def test_options_reach_the_run(done, tmp_path):
         (["--laws", "mohr-colomb"], "there is no law 'mohr-colomb'; did you mean 'mohr-coulomb'?"),
         (["--laws", "linear,ccm"], "there is no law 'ccm'"),
         (["--laws", ""], "there is no law ''"),
+        (["--laws", "linear,my.py:Law"], '[vary] law = ["linear", "my.py:Law"]'),
         (["--grain", "5"], "--grains"),
         (["--frob"], "No such option"),
         (["--grains", "many"], "'many' is not a valid integer"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from grainlaw.contact import Laws
 from grainlaw.declared import parameters_of
 from grainlaw.engine.device import Gpu
 from grainlaw.engine.thread_count import Threads
+from grainlaw.fields import ParameterError
 from grainlaw.observation import Observer
 from grainlaw.results.certificate import warnings_of
 from grainlaw.results.files import file_name, write_text
@@ -135,6 +137,12 @@ def _configurations(
     """
     parameters = sections.get("law", {})
     for name in names:
+        if ".py" in name:
+            raise ParameterError(
+                f"compare: '{name}' is a law of yours, and compare takes those of grainlaw; write FILE.toml with "
+                f'[test] type = "{TEST}" and [vary] law = {json.dumps(names)}, "sample.seed" = [1, 2, 3]: '
+                "grainlaw study FILE.toml (docs/studies.md)"
+            )
         law_named(name)  # refuses what there is not
     fields = {name: [row[0] for row in parameters_of(type(law))] for name, law in LAWS.items()}
     refuse_unknown("law", parameters, dict.fromkeys(field for own in fields.values() for field in own))
