@@ -15,6 +15,7 @@ from grainlaw.laws import Linear
 from grainlaw.results.crack_pattern import FailurePlane, Rose
 from grainlaw.results.figures.fields import ONE_SIGN
 from grainlaw.results.fragments import Fragments
+from grainlaw.results.result import Cracks
 
 GRADIENT = np.array([[2e-4, 1e-4], [-3e-4, 5e-4]])  #: du_i/dx_j
 STRESS = np.array([-20e6, -40e6, 5e6])
@@ -155,7 +156,36 @@ def test_a_field_is_drawn_on_the_axes_given(made):
     mine = matplotlib.figure.Figure()
     axes = mine.subplots()
     assert gl.plot_field(made, "velocity", ax=axes) is mine
-    assert (axes.get_xlabel(), axes.get_ylabel(), axes.get_title()) == ("x (mm)", "y (mm)", "after, time 3 ms")
+    last = f"after, axial strain {100 * made.curves['strain'][-1]:.4f} %"  # it is drawn over the strain
+    assert (axes.get_xlabel(), axes.get_ylabel(), axes.get_title()) == ("x (mm)", "y (mm)", last)
+
+
+def test_a_tunnel_of_metres_has_metres_and_millimetres():
+    grains = Bricks(rows=3, columns=2).tessellate(rectangle(8.0, 12.0))
+    rock = gl.Elastic(youngs_modulus=60e9, poissons_ratio=0.25, density=3100)
+    whole = gl.simulate(gl.Specimen(grains, rock), Linear(kn=1e12, ks=1e12), attrs.evolve(PULL, samples=10), frames=2)
+    moved = np.tile([2e-3, 0.0], (len(whole.mesh.nodes), 1))
+    frame = attrs.evolve(whole.frames[-1], displacement=moved)
+    figure = gl.plot_field(attrs.evolve(whole, frames=[frame]), "displacement_x")
+    values, words = shown(figure)
+    assert (values == pytest.approx(2.0), words) == (True, "displacement along x (mm)")
+    figure.canvas.draw()
+    axes = figure.axes[0]
+    assert axes.get_ylabel() == "y (m)"
+    assert [tick.get_text() for tick in axes.get_yticklabels()] == [f"{y / 1e3:g}" for y in axes.get_yticks()]
+
+
+def test_cracks_since_a_stage_are_those_of_later_samples(made):
+    """Of three at 1, 2 and 3 ms, where the stage begins after the sample of 1 ms."""
+    one = np.array([1e-3, 2e-3, 3e-3])
+    flat, pair = np.zeros(3), np.zeros((3, 2))
+    cracks = Cracks(pair, flat, flat, flat, one, flat, flat, pair.astype(int), flat)
+    curves = {"time": one, "stage": np.array([0, 1, 1])}
+    found = attrs.evolve(made, cracks=cracks, curves=curves, stages=("stress", "excavate"))
+    assert found.cracks_since("excavate").time.tolist() == [2e-3, 3e-3]
+    assert len(found.cracks_since("stress")) == 3
+    with pytest.raises(gl.ParameterError, match=r"cracks_since: stage = 'never' is not allowed.*: stress, excavate"):
+        found.cracks_since("never")
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from grainlaw.drawing.grains import _told_apart, phase_legend
 from grainlaw.drawing.palette import BLUE, COLORS, VERMILLION
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.results.acoustic import KINDS
-from grainlaw.results.figures.cracks import _moment, box, fit, outlines
+from grainlaw.results.figures.cracks import box, fit, how_far, outlines
 from grainlaw.results.figures.laboratory import PANELS, _from_zero
 
 BRICK = gl.Rigid(density=2700)
@@ -324,8 +324,8 @@ def test_a_moment_is_told_by_the_strain_or_else_by_the_time(broken):
     strain, time = (
         np.interp(broken.frames[1].time, broken.curves["time"], broken.curves[x]) for x in ("strain", "time")
     )
-    assert _moment(broken, 1) == f"axial strain {100 * strain:.4f} %"
-    assert _moment(attrs.evolve(broken, curves={}), 1) == f"time {1e3 * time:.4g} ms"
+    assert how_far(broken, 1) == f"axial strain {100 * strain:.4f} %"
+    assert how_far(attrs.evolve(broken, curves={}), 1) == f"time {1e3 * time:.4g} ms"
 
 
 def test_a_little_room_is_left_around_what_is_shown():

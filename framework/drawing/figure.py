@@ -7,6 +7,7 @@ from typing import Any, cast
 
 import matplotlib.figure
 from matplotlib.axes import Axes
+from matplotlib.ticker import FuncFormatter
 
 from grainlaw.messages import refusal
 
@@ -33,8 +34,16 @@ def given_or_new(where: str, ax: Any, size: tuple[float, float]) -> tuple[Figure
     return cast(Figure, ax.figure.figure), ax  # that of a subfigure is the whole figure
 
 
+LARGE = 1000.0  #: mm, from which lengths are shown in m
+
+
 def to_scale(axes: Axes, unit: str = "mm") -> None:
-    """Show all that was drawn, with equal scales of x and y."""
+    """Show all that was drawn, with equal scales of x and y; many mm with metres at the axes."""
     axes.set_aspect("equal")
     axes.autoscale_view()
+    spans = [abs(high - low) for low, high in (axes.get_xlim(), axes.get_ylim())]
+    if unit == "mm" and max(spans) >= LARGE:
+        unit = "m"
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value / 1000:g}"))
     axes.set(xlabel=f"x ({unit})", ylabel=f"y ({unit})")

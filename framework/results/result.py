@@ -16,8 +16,10 @@ from grainlaw.columns import (
     CONTACTS,
     SHEAR_CRACKS,
     SPENT,
+    STAGE,
     SUPPLIED,
     TENSILE_CRACKS,
+    TIME,
     Panel,
     energy,
     panels_of,
@@ -206,6 +208,13 @@ class Result(metaclass=Checked):
             )
         moved: np.ndarray = moment.displacement[node] - (begin.displacement[node] if begin else 0.0)
         return moved
+
+    def cracks_since(self, stage: str) -> Cracks:
+        """Contact points that have broken since a stage began. Raises ParameterError for a stage that is not there."""
+        if stage not in self.stages:
+            raise refusal("cracks_since: stage", stage, f"a stage of the test: {', '.join(self.stages)}")
+        before = self.curves[STAGE] < list(self.stages).index(stage)
+        return self.cracks[self.cracks.time > self.curves[TIME][before].max(initial=-np.inf)]
 
     def crack_segments(self, frame: int = -1) -> np.ndarray:
         """(k, 2, 2) m, start and end of each crack at a frame, on the deformed specimen and between its two grains.

@@ -167,7 +167,7 @@ def pressures_side_by_side(results: Mapping[str, Result]) -> Figure | None:
         axes.add_collection(drawn)
         to_scale(axes)
         fit(axes, *corners)
-        axes.set_title(f"{name}\n{_moment(wet[name], frames[name])}", fontsize="medium")
+        axes.set_title(f"{name}\n{how_far(wet[name], frames[name])}", fontsize="medium")
         axes.label_outer()
     figure.colorbar(drawn, ax=list(panels.values()), label="pressure of the fluid (MPa)", shrink=0.6)
     return figure
@@ -195,7 +195,7 @@ def temperatures_side_by_side(results: Mapping[str, Result]) -> Figure | None:
         axes.add_collection(drawn)
         to_scale(axes)
         fit(axes, *corners)
-        axes.set_title(f"{name}\n{_moment(result, frames[name])}", fontsize="medium")
+        axes.set_title(f"{name}\n{how_far(result, frames[name])}", fontsize="medium")
         axes.label_outer()
     figure.colorbar(drawn, ax=list(panels.values()), label="temperature (°C)", shrink=0.6)
     return figure
@@ -213,7 +213,10 @@ def named_results(where: str, results: Any) -> dict[str, Result]:
         results = [results]
     named: dict[str, Result] = {}
     if isinstance(results, Mapping):
-        named = {str(name): result for name, result in results.items()}
+        named = {
+            ", ".join(map(str, name)) if isinstance(name, tuple) else str(name): result
+            for name, result in results.items()
+        }
     elif isinstance(results, (list, tuple)) and all(isinstance(each, Result) for each in results):
         for each in results:
             name = law_names(each.law)
@@ -254,13 +257,13 @@ def animate(result: Result, file: str | os.PathLike[str], per_second: float) -> 
                 draw_cracks(axes, result, k)
                 fit(axes, low, high)
                 count_below(axes)
-                axes.set_title(_moment(result, k))
+                axes.set_title(how_far(result, k))
                 film.grab_frame()
 
     write_atomically(path, write)
 
 
-def _moment(result: Result, frame: int) -> str:
+def how_far(result: Result, frame: int) -> str:
     """How far the test is at a frame: what its first panel is drawn over, or the time where that has not begun."""
     time = result.frames[frame].time
     if result.curves:
@@ -321,8 +324,9 @@ def scale_bar(axes: Axes, width: float) -> None:
     start = left + (width - length) / 2 * 1e3
     ends = [start, start + length * 1e3]
     axes.plot(ends, [bottom] * 2, color="black", linewidth=2, clip_on=False, solid_capstyle="butt")
+    words = f"{length:g} m" if length >= 1 else f"{length * 1e3:g} mm"
     axes.annotate(
-        f"{length * 1e3:g} mm", (np.mean(ends), bottom), (0, -4), textcoords="offset points", ha="center", va="top",
+        words, (np.mean(ends), bottom), (0, -4), textcoords="offset points", ha="center", va="top",
         fontsize=8, annotation_clip=False,
     )  # fmt: skip
 

@@ -10,16 +10,17 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
 from grainlaw.arguments import checked
-from grainlaw.columns import TIME, quantity_of
+from grainlaw.columns import quantity_of
 from grainlaw.drawing.figure import Figure, given_or_new, to_scale
 from grainlaw.drawing.palette import BLACK, VERMILLION
 from grainlaw.messages import refusal
 from grainlaw.quantity import Quantity
-from grainlaw.results.figures.cracks import count_below, draw_deformed, round_below
+from grainlaw.results.figures.cracks import count_below, draw_deformed, how_far, round_below
 from grainlaw.results.frames import Frame
 from grainlaw.results.result import Result
 from grainlaw.results.vtk import principal, turned
 
+MANY = 1e-3  #: m, from which displacements are shown in mm
 MOST_ARROWS = 24  #: along the longer side of a specimen
 ONE_SIGN, BOTH_SIGNS = "cividis", "RdBu_r"
 OF_NODES = ("displacement", "velocity")
@@ -60,6 +61,8 @@ def plot_field(
     displacement = moment.displacement - (begin.displacement if begin else 0.0)
     stress = moment.stress - (begin.stress if begin else 0.0)
     moving = moment.velocity if field.startswith("velocity") else displacement
+    if look.unit == "µm" and np.abs(moving).max(initial=0.0) >= MANY:
+        look = attrs.evolve(look, unit="mm", factor=1e3)
     if field in NODAL:
         drawn = _draw_nodes(axes, result, moment, _part(field, moving) * look.factor, phases)
     elif field in moment.bonds:
@@ -76,7 +79,7 @@ def plot_field(
     to_scale(axes)
     words = f"{look.words} since {since}" if since else look.words
     figure.colorbar(drawn, ax=axes, label=attrs.evolve(look, words=words).heading, shrink=0.7)
-    axes.set_title(f"{moment.stage}, {TIME} {moment.time * 1e3:.4g} ms")
+    axes.set_title(", ".join(filter(None, (moment.stage, how_far(result, frame)))))
     return figure
 
 
@@ -170,10 +173,10 @@ def _arrows(axes: Axes, result: Result, moment: Frame, moving: np.ndarray, look:
         angles="xy",
         scale_units="xy",
         scale=most / (1.5 * spacing),
-        width=0.003,
+        width=0.004,
         color="white",
         edgecolor="black",
-        linewidth=0.5,
+        linewidth=0.7,
     )
     length = round_below(most)
     axes.quiverkey(arrows, 0.9, 1.02, length, look.with_unit(length), labelpos="W", coordinates="axes")
