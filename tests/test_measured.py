@@ -388,6 +388,18 @@ def test_a_threshold_is_known_to_the_distance_of_samples(step, tmp_path):
     assert lines[-2:] == [r"\bottomrule", r"\end{tabular}"]
 
 
+def test_a_record_that_stops_at_failure_has_its_strength_where_it_ends(tmp_path):
+    """A straight line to 100 MPa at 2 permille; that the specimen failed there only the laboratory knows."""
+    load = np.linspace(0, 100, 201)
+    file = write(tmp_path / "lab.csv", ["strain (%);stress (MPa)"], [load / 500, load])
+    open_end, failed = gl.read_curve(file), gl.read_curve(file, ends_at_failure=True)
+    assert np.isnan(open_end.summary["strength"])
+    assert "strength: the record ends before a failure; ends_at_failure=True takes the largest stress" in str(open_end)
+    assert failed.summary["strength"] == pytest.approx(100e6)
+    assert failed.summary["failure_strain"] == pytest.approx(2e-3)
+    assert "ends_at_failure" not in str(failed)
+
+
 def test_a_table_for_a_paper_begins_with_the_strength_and_sets_two_specimens_side_by_side(tmp_path):
     """The second bears 0.8 of the stress at each strain, so that its modulus and CD are 0.8 of the first."""
     head = ["strain (%);radial strain (%);stress (MPa)"]

@@ -74,6 +74,7 @@ class MeasuredCurve(metaclass=Checked):
     tension: bool  #: whether the specimen was pulled
     laterals: int  #: lateral strains in the volume: 2 of a cylinder, 1 of a plate in plane strain
     notes: tuple[str, ...]  #: what was read, in words
+    ends_at_failure: bool = False  #: whether the largest stress of a record without a failure is the strength
 
     @cached_property
     def path(self) -> Path:
@@ -84,6 +85,8 @@ class MeasuredCurve(metaclass=Checked):
     def summary(self) -> dict[str, Any]:
         """Strength, strain at failure, largest stress, and E and nu between 20 and 50 % of the strength, SI."""
         found = borne_in(self.curves)
+        if found is not None and not found.failed and self.ends_at_failure:
+            found = attrs.evolve(found, at=found.largest, failed=True)
         strength, largest = strength_of(found, self.curves[STRESS])
         load = DEVIATOR if DEVIATOR in self.curves else STRESS
         moduli = elastic_moduli(self.curves, None, 1.0 if self.tension else -1.0, load)
@@ -124,7 +127,7 @@ def read_curve(
     volumetric_strain: str | None = None, stress: str | None = None, force: str | None = None,
     displacement: str | None = None, time: str | None = None, columns: Mapping[str, Any] | None = None,
     height: float | None = None, diameter: float | None = None, area: float | None = None, confinement: float = 0.0,
-    tension: bool = False, laterals: int = 2,
+    tension: bool = False, laterals: int = 2, ends_at_failure: bool = False,
 ) -> MeasuredCurve:  # fmt: skip
     """Read a curve of compression or ``tension`` that a laboratory has measured from a text file of columns.
 
@@ -135,7 +138,8 @@ def read_curve(
 
     A force becomes a stress by ``area`` (m2), or the ``diameter`` (m) of a cylinder, a displacement a strain by the
     ``height`` (m). Of a confined test the curve begins where the axial stress exceeds the ``confinement`` (Pa). The
-    signs of a file do not matter. A plate in plane strain has one lateral strain, ``laterals=1``.
+    signs of a file do not matter. A plate in plane strain has one lateral strain, ``laterals=1``. A record that stops
+    where the specimen failed, before its load fell, has its strength there with ``ends_at_failure``.
 
     Raises :class:`~grainlaw.fields.ParameterError`, with the column, for what cannot be told.
     """
@@ -159,8 +163,12 @@ def read_curve(
     curves = read.curves(confinement, tension, laterals)
     notes = (f"{os.fspath(file)}: {table.form}", *read.notes, *_unused(table.columns, read.used))
     found = MeasuredCurve(
-        name=os.path.basename(os.fspath(file)), curves=curves, tension=bool(tension), laterals=laterals, notes=notes
-    )
+        name=os.path.basename(os.fspath(file)), curves=curves, tension=bool(tension), laterals=laterals, notes=notes,
+        ends_at_failure=ends_at_failure,
+    )  # fmt: skip
+    if math.isnan(found.summary["strength"]):
+        no_failure = "strength: the record ends before a failure; ends_at_failure=True takes the largest stress"
+        found = attrs.evolve(found, notes=(*notes, no_failure))
     for words in filter(None, _doubts(f"{where}: {found.name}", found, confinement)):
         warnings.warn(UnitWarning(words), stacklevel=3)
     return found
