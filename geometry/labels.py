@@ -180,7 +180,10 @@ def label_agreement(
     made = label_map(where, image, pixel, speck=speck, fill=fill, region=region, corner=corner)
     if abs(grains.region.bounds - made.region.bounds).max() > pixel / 2:
         width, height = made.region.bounds[1] - made.region.bounds[0]
-        raise ParameterError(f"{where}: grains fill another region than the image, {width:g} m x {height:g} m")
+        raise ParameterError(
+            f"{where}: grains fill another region than the image, {width:g} m x {height:g} m; "
+            "give region and corner as to from_labels"
+        )
     at = made.drawn(grains)
     agree = ((at >= 0) & (grains.parent[at] == made.image))[made.inside]
     areas = [grains.areas[grains.parent == label].sum() for label in made.labels]
