@@ -56,6 +56,13 @@ def test_one_frame_is_enough_for_files(made, tmp_path):
     assert np.array_equal(last(tmp_path, "grains").points, last(made[1], "grains").points)
 
 
+def test_minerals_have_their_names(made, tmp_path):
+    result, _ = made
+    grains = attrs.evolve(result.specimen.grains, phase_names=("quartz", "mica"))
+    attrs.evolve(result, specimen=attrs.evolve(result.specimen, grains=grains)).write_vtk(tmp_path)
+    assert last(tmp_path, "grains").field_data["phases"] == "quartz, mica"
+
+
 def test_files_say_what_they_are(made):
     result, folder = made
     for place in (folder, folder / "zones"):
@@ -64,6 +71,7 @@ def test_files_say_what_they_are(made):
             said = {key: read.field_data[key] for key in read.field_data}
             assert said["law"] == "CohesiveCrack"
             assert said["kinds"] == "between, inside"
+            assert "phases" not in said  # they have no names
             assert said["stage"] == "tension"
             assert said["strain"] == pytest.approx(result.curves["strain"][-1], rel=1e-12)
             assert said["time (s)"] == result.frames[-1].time

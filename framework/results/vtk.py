@@ -143,8 +143,9 @@ class VtkSeries:
     shear traction (Pa), the pressure of a fluid on its faces (Pa), energy lost in opening and in slip (J/m2), time of
     breaking (s, nan where not broken), the two grains and whether it is inside of one. Contacts, where they are
     detected: contacts without a bond as lines along their length, with mean opening (negative) and slip (m), normal and
-    shear traction (Pa) and the two grains. The field data have ``law``, the stage, how far the test is and the time,
-    the units of the arrays, and the version of grainlaw. Raises OSError where it cannot write.
+    shear traction (Pa) and the two grains. The field data have ``law``, ``phases`` (names of minerals), the stage, how
+    far the test is and the time, the units of the arrays, and the version of grainlaw. Raises OSError where it cannot
+    write.
     """
 
     def __init__(
@@ -159,8 +160,11 @@ class VtkSeries:
 
     def write(self, frame: Frame, curves: Mapping[str, np.ndarray] | None = None) -> None:
         """Add one frame, with how far the test is in ``curves`` by then."""
-        kinds = ", ".join(self.specimen.grains.kinds)
-        about: dict[str, Any] = {"law": self.law, "kinds": kinds, "stage": frame.stage, "time (s)": frame.time}
+        grains = self.specimen.grains
+        about: dict[str, Any] = {"law": self.law, "kinds": ", ".join(grains.kinds), "stage": frame.stage}
+        if grains.phase_names:
+            about["phases"] = ", ".join(grains.phase_names)
+        about["time (s)"] = frame.time
         known = curves or {}
         reached = next((name for name in COURSE if name != TIME and name in known), None)
         if reached is not None:
