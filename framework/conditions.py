@@ -13,7 +13,7 @@ import numpy as np
 from grainlaw.arguments import Checked
 from grainlaw.columns import DAMAGED, MOTION, STAGE, STAGE_TIME, TIME, UNBALANCED, cracks, require
 from grainlaw.fields import parameter
-from grainlaw.strength import borne
+from grainlaw.strength import LEAST, borne
 
 __all__ = ["AtRest", "ComesTo", "Condition", "Fails", "FailsTo", "FallsTo", "Lasts", "Reaches"]
 
@@ -99,7 +99,10 @@ class FailsTo(Condition):
 
 @attrs.frozen
 class Fails(Condition):
-    """A specimen has failed, see docs/strength.md, and a contact has been damaged in this stage."""
+    """A specimen has failed, see docs/strength.md, and a contact has been damaged in this stage.
+
+    The deformation counts from the beginning of this stage, or where that is under load already from its own zero.
+    """
 
     load: str  #: column of the curves
     deformation: str  #: column of the curves
@@ -108,8 +111,9 @@ class Fails(Condition):
         require("Fails", curves, self.load, self.deformation)
         if curves[DAMAGED][-1] <= _left_before(curves, curves[DAMAGED]):
             return 0.0
-        way = curves[self.deformation]
-        found = borne(curves[self.load], way - _left_before(curves, way), curves[STAGE])
+        load, way = curves[self.load], curves[self.deformation]
+        before = 0.0 if load[0] >= LEAST * load.max() else _left_before(curves, way)
+        found = borne(load, way - before, curves[STAGE])
         return float(found is not None and found.failed)
 
 

@@ -44,6 +44,20 @@ def test_a_stage_fails_by_its_own_deformation_and_damage():
     assert fails(1021, 7.0, stage=0.0, after=-10e-3) == 1
 
 
+def test_a_stage_that_begins_under_load_fails_by_all_of_its_deformation():
+    """It was held at 2 mm and 112 kN, and is pressed on as stiff as before, to 3 mm; then the load is level."""
+    way = np.linspace(2e-3, 3.05e-3, 1051)[1:]
+    columns = {
+        "load": np.minimum(way, 3e-3) * 56e6, "way": way, "damaged": np.arange(1050.0), "stage": np.full(1050, 2.0),
+    }  # fmt: skip
+
+    def fails(samples):
+        return gl.conditions.Fails("load", "way").progress({name: column[:samples] for name, column in columns.items()})
+
+    assert not any(fails(samples) for samples in range(2, 1025, 7))
+    assert fails(1035) == 1  # 1 % of 3 mm after the load has grown for the last time
+
+
 def course(*corners, samples=2001):
     """Straight lines between (deformation, load), sampled evenly from the first step on."""
     x, y = np.transpose(corners)
