@@ -91,6 +91,7 @@ class FailsTo(Condition):
     fraction: float = parameter("1", above=-math.inf)  #: of the highest value so far
 
     def progress(self, curves: Curves) -> float:
+        require("FailsTo", curves, self.column)
         broken = cracks(curves)
         if broken[-1] == _left_before(curves, broken):
             return 0.0

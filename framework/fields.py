@@ -14,6 +14,7 @@ import numpy as np
 
 from grainlaw.arguments import Checked, checked, floats, is_number
 from grainlaw.messages import ParameterError, in_python, refusal, short
+from grainlaw.unit_text import is_unit
 
 LARGEST = 1e30  #: no quantity of mechanics is larger in SI; beyond it products overflow
 FARTHEST = 1e12  #: m from the origin: beyond it products of lengths lose digits
@@ -69,6 +70,9 @@ class Bounds:
         return f", of size {1 / LARGEST:g} to {LARGEST:g}" if is_odd else ""
 
 
+NO_UNITS = ("its own", "grain sizes", "cell sizes", "spacings")  #: of parameters, that no table of units has
+
+
 @checked
 def parameter(
     unit: str, *, default: Any = attrs.NOTHING, at_least: float | None = None, above: float | None = None,
@@ -85,7 +89,9 @@ def parameter(
     if at_least is above is at_most is below is None:
         above = 0.0
     bounds = Bounds(at_least, above, at_most, below, infinite)
-    measured = "" if unit == "1" else f" {unit}"
+    if not (is_unit(unit) or unit in NO_UNITS):
+        raise refusal("parameter: unit", unit, "a unit such as 'Pa', 'deg' or 'm/s', or '1' for a number without one")
+    measured = "" if unit in ("1", "its own") else f" {unit}"
 
     def check(component: Any, attribute: Any, value: Any) -> None:
         values = np.atleast_1d(value) if isinstance(value, np.ndarray) else (value,)

@@ -23,6 +23,8 @@ class ParameterError(ValueError):
 def short(value: Any, most: int = LONGEST) -> str:
     """A value for a message: one line, and never a page of an array."""
     kind = type(value).__name__
+    if kind == "_CountingAttr":
+        return "what a class declares that lacks @attrs.frozen"
     if isinstance(value, np.ndarray) and value.size > 6:
         return f"an array of shape {value.shape}"
     try:

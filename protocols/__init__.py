@@ -10,6 +10,7 @@ from grainlaw.protocols.free_motion import FreeMotion
 from grainlaw.protocols.heating import Heating, Held
 from grainlaw.protocols.hydraulic_fracturing import HydraulicFracturing
 from grainlaw.protocols.joint import DirectShear, JointTension
+from grainlaw.protocols.measures import failure_summary
 from grainlaw.protocols.plane_wave import PlaneWave, Wave
 from grainlaw.protocols.saturated import Saturated
 from grainlaw.protocols.split_hopkinson import SplitHopkinson
@@ -20,6 +21,7 @@ __all__ = [
     "BiaxialCompression", "Brazilian", "Creep", "Cyclic", "DirectShear", "Excavation", "FreeMotion", "Heating",
     "Held", "HydraulicFracturing", "JointTension", "Moving", "PlaneWave", "Platens", "Saturated", "SemiCircularBend",
     "SplitHopkinson", "ThermalShock", "ThreePointBending", "UniaxialCompression", "UniaxialTension", "Wave",
+    "failure_summary",
 ]  # fmt: skip
 
 

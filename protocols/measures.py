@@ -78,7 +78,9 @@ def failure_summary(
 ) -> dict[str, Any]:
     """Strength by the column ``load`` (Pa), columns at the failure by their names there, largest stress, certificate.
 
-    ``more`` stands before the certificate.
+    For the ``summary`` of a test: ``failure_summary(curves, "stress", "strain", {"failure_strain": "strain"})``.
+    ``more`` stands before the certificate, which knows an imbalance only in stages with a ``loading``. The strength is
+    nan where nothing has failed (docs/strength.md).
     """
     found = failure_of(curves, load, deformation)
     strength, largest = strength_of(found, curves[load])

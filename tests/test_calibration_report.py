@@ -239,7 +239,11 @@ def test_a_target_is_met_within_five_percent_or_in_the_interval(answered):
     assert near.off == pytest.approx(0.04)
     far = attrs.evolve(row, measured=1.2 * row.target.value, interval=(1.1 * row.target.value, 1.3 * row.target.value))
     assert far.is_met is False
-    assert attrs.evolve(far, interval=(0.9 * row.target.value, 1.5 * row.target.value)).is_met
+    assert attrs.evolve(far, interval=(0.95 * row.target.value, 1.1 * row.target.value)).is_met
+    wide = attrs.evolve(far, interval=(0.9 * row.target.value, 1.5 * row.target.value))
+    assert (wide.is_met, wide.verdict, far.verdict, near.verdict) == (None, "undecided", "not met", "met")
+    told = attrs.evolve(answered, checks=(wide,)).verdicts[-1]
+    assert told == f"{wide.count} fresh specimens are too few to tell whether UCS is met."
 
 
 @pytest.mark.thorough
@@ -280,7 +284,7 @@ def test_without_an_answer_there_is_no_law_and_the_conflict_is_told(conflicting,
 
 @pytest.mark.thorough
 def test_it_prints_its_parameters_in_one_line(answered, conflicting):
-    met = sum(each.is_met for each in answered.checks if each.target)
+    met = sum(each.verdict == "met" for each in answered.checks)
     assert repr(answered).startswith("Calibration(law: MohrCoulomb, points: ")
     assert f"met on fresh seeds: {met} of 4 targets" in repr(answered)
     assert "tensile_strength" in repr(conflicting)

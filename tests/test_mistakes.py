@@ -31,15 +31,17 @@ class Own(gl.LoadingProtocol):
 
     loads: object = ()
     until: object = gl.conditions.Reaches("time", 1e-5)
+    measured: object = attrs.field(factory=lambda: {"height": 0.04})
+    found: object = staticmethod(lambda curves: {})
 
     def stages(self, specimen):
         return [gl.Stage(name="own", loads=self.loads, until=[self.until], interval=1e-7)]
 
     def measure(self, state):
-        return {"height": 0.04}
+        return self.measured
 
     def summary(self, curves, specimen):
-        return {}
+        return self.found(curves)
 
 
 @attrs.frozen(kw_only=True)
@@ -69,6 +71,21 @@ class ForgetsItsMemory(gl.ContactLaw):
 
     def traction(self, opening, slip, damage):
         return 1e14 * opening, 1e14 * slip
+
+
+class WithoutAttrs(gl.LoadingProtocol):
+    """It lacks attrs, so that its parameters are none."""
+
+    duration: float = gl.parameter("s")
+
+    def stages(self, specimen):
+        return [gl.Stage(name="own", loads=[drive()], until=[gl.conditions.Lasts(self.duration)], interval=1e-7)]
+
+    def measure(self, state):
+        return {}
+
+    def summary(self, curves, specimen):
+        return {}
 
 
 def case(seed):
@@ -204,6 +221,30 @@ REFUSED = {
     "stage without loads": (
         lambda _: run(test=Own(until=gl.conditions.Reaches("height", 1.0))),
         "stage 'own' has no loads, and its specimen is at rest: .* wait for ever for .*height.*; give it loads",
+    ),
+    "a condition of a column that is not there": (
+        lambda _: run(test=Own(loads=[drive()], until=gl.conditions.FailsTo("hight", 0.5))),
+        "FailsTo needs the column hight, which the test does not record; it records height",
+    ),
+    "a measure that gives an array": (
+        lambda _: run(test=Own(loads=[drive()], measured={"height": np.zeros(2)})),
+        "Own.measure: height = array.* is not allowed, it must be one number",
+    ),
+    "a measure that gives nothing": (
+        lambda _: run(test=Own(loads=[drive()], measured=None)),
+        "Own.measure = None is not allowed, it must be a dictionary of numbers by name",
+    ),
+    "a test without attrs": (
+        lambda _: run(test=WithoutAttrs()),
+        "duration = what a class declares that lacks @attrs.frozen is not allowed",
+    ),
+    "a parameter in no unit": (
+        lambda _: gl.parameter("secs"),
+        "parameter: unit = 'secs' is not allowed, it must be a unit such as 'Pa'",
+    ),
+    "a limit below zero": (
+        lambda _: gl.conditions.Reaches("height", -1e-3),
+        "limit = -0.001 is not allowed, it must be .* above 0",
     ),
     "two drives of one boundary": (
         lambda _: run(test=Own(loads=[drive(), drive()])),
@@ -455,3 +496,32 @@ def test_a_misspelt_name_of_the_package_is_answered_by_the_name_that_was_meant()
 def test_a_file_in_a_folder_that_is_not_there_names_the_folder(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"there is no folder '.*none'"):
         run().save(tmp_path / "none" / "run.npz")
+
+
+@pytest.mark.parametrize(
+    ("found", "words"),
+    [(lambda curves: {"low": curves["hight"].min()}, "KeyError: 'hight'"), (lambda curves: None, "it returned = None")],
+)
+def test_a_summary_that_fails_costs_no_run(found, words):
+    with pytest.raises(gl.StageError, match=f"Own.summary, after the run: {words}.* are in error.result") as told:
+        run(test=Own(loads=[drive()], found=found))
+    assert len(told.value.result.curves["height"]) > 50
+    assert "tensile_cracks" in told.value.result.summary
+
+
+def test_what_nothing_holds_is_told():
+    with pytest.warns(UserWarning, match="stage 'own' moves top, and nothing holds the specimen against it"):
+        run(test=Own(loads=[drive()]))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        run(test=Own(loads=[drive(), gl.loads.Drive(boundary="bottom", axis=1, speed=0)]))
+
+    class LetGo(Own):
+        def stages(self, specimen):
+            (stage,) = super().stages(specimen)
+            until = [gl.conditions.Reaches("time", 1.1e-5)]
+            return [stage, attrs.evolve(stage, name="hold", loads=[], until=until)]
+
+    held = [drive(), gl.loads.Drive(boundary="bottom", axis=1, speed=0)]
+    with pytest.warns(UserWarning, match="stage 'hold' has no loads: what 'own' moved before is free in it"):
+        run(test=LetGo(loads=held))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,8 @@ import attrs
 from paper_runs import BRITTLE, CONSISTENT, specimen
 
 from grainlaw.calibration.calibrate import calibrate
-from grainlaw.calibration.targets import AIMS, Targets
+from grainlaw.calibration.check import Compared
+from grainlaw.calibration.targets import AIMS, Target, Targets
 from grainlaw.cli.default_rock import LAWS
 from grainlaw.contact import ContactLaw
 from grainlaw.laws import CohesiveCrack
@@ -96,8 +98,10 @@ def checked_cell(answer: Mapping[str, Any], name: str) -> str:
     look, each = AIMS[name].shown, checks[name]
     low, high = each["interval"]
     between = "" if low is None else f" ({look.text(low)} to {look.text(high)})"
-    said = {True: ", met", False: ", not met", None: ""}[each["is_met"]]
-    return f"{look.text(each['measured'])}{between}{said}"
+    ends = (math.nan, math.nan) if low is None else (low, high)
+    target = Target(**each["target"]) if each["target"] else None
+    said = Compared(name, target, math.nan, ends, each["measured"], ends, each["count"]).verdict
+    return f"{look.text(each['measured'])}{between}{said and f', {said}'}"
 
 
 def parameters(found: Mapping[str, Any]) -> list[list[str]]:

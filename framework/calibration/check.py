@@ -15,6 +15,7 @@ from grainlaw.calibration.trials import Simulator
 from grainlaw.results.means import spread
 
 NEAR = 0.05  #: of a target
+WIDE = 0.1  #: of a target: half of an interval that says nothing by holding it
 NORMAL = 1.959964  #: deviations of a normal distribution that hold 95 %
 
 
@@ -37,11 +38,18 @@ class Compared:
 
     @property
     def is_met(self) -> bool | None:
-        """Whether the target is within 5 % or in the interval; None without one."""
+        """Whether the target is within 5 % or in the interval; None without one, and where this is too wide to tell."""
         if self.target is None:
             return None
         low, high = self.interval
-        return abs(self.off) <= NEAR or low <= self.target.value <= high
+        held, is_wide = low <= self.target.value <= high, high - low > 2 * WIDE * abs(self.target.value)
+        return abs(self.off) <= NEAR or (held and not is_wide) or (None if held else False)
+
+    @property
+    def verdict(self) -> str:
+        """``met``, ``not met`` or ``undecided``; empty without a target."""
+        words = {True: "met", False: "not met", None: "undecided"}
+        return words[self.is_met] if self.target else ""
 
 
 def check(

@@ -103,9 +103,9 @@ class Calibration(metaclass=Checked):
         facts = {"law": self.space.kind.__name__, "points": str(len(self.found.design.points))}
         if not self.is_plausible:
             return {**facts, "in conflict": self.conflict}
-        met = [each.is_met for each in self.checks if each.target is not None]
+        said = [each.verdict for each in self.checks if each.target is not None]
         values = {free.name: rounded(self.best[free.name], free.unit) for free in self.space.free}
-        return {**facts, **values, "met on fresh seeds": f"{sum(map(bool, met))} of {len(met)} targets"}
+        return {**facts, **values, "met on fresh seeds": f"{said.count('met')} of {len(said)} targets"}
 
     @property
     def head(self) -> str:
@@ -150,6 +150,9 @@ class Calibration(metaclass=Checked):
                 f"Of the quantities measured but not used, {best.quantity} would tell most: {best.gain:.2f} bits, and "
                 f"{best.helped} to {100 * best.width:.0f} % of its present width."
             )
+        if undecided := [AIMS[each.name].shown.words for each in self.checks if each.verdict == "undecided"]:
+            fresh = max(each.count for each in self.checks)
+            lines.append(f"{fresh} fresh specimens are too few to tell whether {' and '.join(undecided)} is met.")
         return lines or ["The tests see all directions."]
 
     @property
@@ -158,12 +161,11 @@ class Calibration(metaclass=Checked):
         rows = [["on fresh seeds", "target", "predicted", "95 %", "measured", "95 %", "n", "off", ""]]
         for each in self.checks:
             text = AIMS[each.name].shown.text
-            said = {True: "met", False: "not met", None: ""}[each.is_met]
             off = f"{100 * each.off:+.1f} %" if each.off == each.off else ""
             rows.append([
                 AIMS[each.name].shown.heading, text(each.target.value) if each.target else "",
                 text(each.predicted), _between(text, each.predicted_interval), text(each.measured),
-                _between(text, each.interval), str(each.count), off, said,
+                _between(text, each.interval), str(each.count), off, each.verdict,
             ])  # fmt: skip
         return rows
 
@@ -216,7 +218,8 @@ class Calibration(metaclass=Checked):
                 "sobol": {"quantities": list(found.quantities), "parameters": list(self.space.names),
                           "first": found.first_order.tolist(), "total": found.total_order.tolist()},
             }  # fmt: skip
-            content["checks"] = [attrs.asdict(each) | {"off": each.off, "is_met": each.is_met} for each in self.checks]
+            own = ("off", "is_met", "verdict")
+            content["checks"] = [attrs.asdict(c) | {name: getattr(c, name) for name in own} for c in self.checks]
         return content
 
     def write(self, folder: str | os.PathLike[str]) -> None:

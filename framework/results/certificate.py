@@ -57,6 +57,12 @@ def can_fail(result: Result) -> bool:
     return counts or bool(len(damaged) and damaged[-1] > 0)
 
 
+def is_whole(result: Result) -> bool:
+    """Whether nothing was damaged of what could have been."""
+    damaged = result.curves.get(DAMAGED, ())
+    return bool(len(damaged)) and not damaged[-1] > 0 and can_fail(result)
+
+
 def doubts(result: Result) -> Iterator[str]:
     """In words, each check of the certificate that has failed, or cannot be computed; and what is no strength."""
     summary = result.summary

@@ -147,10 +147,13 @@ class Result(metaclass=Checked):
     @classmethod
     def from_run(
         cls, state: State, protocol: LoadingProtocol, curves: dict[str, np.ndarray], frames: list[Frame],
-        seconds: float, stages: Sequence[str] = (),
+        seconds: float, stages: Sequence[str] = (), *, of_test: bool = True,
     ) -> Result:  # fmt: skip
-        """Make the result from the state at the end of a run."""
-        summary = Named(protocol.summary(curves, state.specimen) if curves else {})
+        """Make the result from the state at the end of a run, with or without what the test finds ``of_test``."""
+        found = protocol.summary(curves, state.specimen) if curves and of_test else {}
+        if not isinstance(found, Mapping):
+            raise refusal("it returned", found, "a dictionary of properties by name")
+        summary = Named(found)
         summary |= {
             TENSILE_CRACKS: int(curves[TENSILE_CRACKS][-1]) if curves else 0,
             SHEAR_CRACKS: int(curves[SHEAR_CRACKS][-1]) if curves else 0,

@@ -17,6 +17,7 @@ from grainlaw.engine.ledger import ROUNDING, energies, least_work, motion, unbal
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.fields import ParameterError
+from grainlaw.messages import refusal
 from grainlaw.observation import Observer
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.frames import Frame, FrameClock, FrameRecorder, take_frame
@@ -48,6 +49,17 @@ def row_of(state: State, energies: Mapping[str, float]) -> dict[str, float]:
         "motion": motion(state, energies),
     }
     return row | {ENERGY + kind: value for kind, value in energies.items()}
+
+
+def measured_by(protocol: LoadingProtocol, state: State) -> Mapping[str, float]:
+    """What a test measures. Raises :class:`ParameterError` for what is no number by a name."""
+    where, found = f"{type(protocol).__name__}.measure", protocol.measure(state)
+    if not isinstance(found, Mapping):
+        raise refusal(where, found, "a dictionary of numbers by name")
+    for name, value in found.items():
+        if np.ndim(value) or isinstance(value, str) or value is None:
+            raise refusal(f"{where}: {name}", value, "one number")
+    return found
 
 
 class CurveTable:
@@ -104,9 +116,9 @@ class Execution:
             if self.folder is not None and not had_finished:
                 self._save(self.moment())
         except (StageError, InstabilityError, Stopped) as error:
-            error.result = self._result()
+            error.result = self._result(whole=False)
             raise
-        return self._result()
+        return self._result(whole=True)
 
     def _run_stage(self) -> None:
         stage, state = self.stages[self.at.stage], self.state
@@ -200,7 +212,7 @@ class Execution:
     def _record(self, energies: dict[str, float]) -> None:
         state = self.state
         state.note_breaks()
-        own = {"stage": self.at.stage, **self.loader.columns, **self.protocol.measure(state)}
+        own = {"stage": self.at.stage, **self.loader.columns, **measured_by(self.protocol, state)}
         self.columns.append({"time": state.time, "step": state.steps, **own, **row_of(state, energies)})
         state.new_sample()
 
@@ -276,18 +288,34 @@ class Execution:
             place = fastest(state)
         return f"the run became unstable at step {state.steps} (t = {state.time:.4g} s, stage '{stage.name}'): {place}"
 
-    def _result(self) -> Result:
+    def _result(self, *, whole: bool) -> Result:
+        """What was recorded, with the summary of a ``whole`` test, or as far as the test finds one of a part.
+
+        Raises :class:`StageError`, with the rest in ``result``, where the protocol's summary of a whole test fails.
+        """
         if self.folder is not None and self.columns.count:
             self.folder.sample(self.columns.since(0), self.state, last=True)
         frames = self.recorder.frames
         if not frames or frames[-1].time < self.state.time:
             frames.append(take_frame(self.state))
-        return self._result_with(frames)
+        try:
+            return self._result_with(frames)
+        except Exception as error:  # of a user
+            found = self._result_with(frames, of_test=False)
+            if not whole:
+                return found
+            told = str(error) if isinstance(error, ParameterError) else f"{type(error).__name__}: {error}"
+            failed = StageError(
+                f"{type(self.protocol).__name__}.summary, after the run: {told}; curves, cracks and frames are in "
+                "error.result"
+            )
+            failed.result = found
+            raise failed from error
 
-    def _result_with(self, frames: list[Frame]) -> Result:
+    def _result_with(self, frames: list[Frame], *, of_test: bool = True) -> Result:
         curves, seconds = self.columns.since(0), self.at.seconds
         names = [stage.name for stage in self.stages]
-        result = Result.from_run(self.state, self.protocol, curves, frames, seconds, names)
+        result = Result.from_run(self.state, self.protocol, curves, frames, seconds, names, of_test=of_test)
         if self.at.without_static:
             result.summary["without_static_solution"] = self.at.without_static
         return result

@@ -28,6 +28,21 @@ def warn_of_scales(model: Model, stages: Sequence[Stage]) -> None:
         warnings.warn(UnitWarning(words), stacklevel=4)
 
 
+def warn_of_free(stages: Sequence[Stage]) -> None:
+    """Warn of a specimen that nothing holds against what moves it, and of one let go after it was moved."""
+    moved = ""
+    for stage in stages:
+        drives = [load for load in stage.of(Drive) if isinstance(load.speed, float) and load.moves]
+        words = ""
+        if not stage.loads and moved:
+            words = f"has no loads: what {moved} moved before is free in it, hold it by Drive(..., speed=0)"
+        elif drives and all(isinstance(load, Drive) and load.boundary == drives[0].boundary for load in stage.loads):
+            words = f"moves {drives[0].boundary}, and nothing holds the specimen against it"
+        if words:
+            warnings.warn(f"stage '{stage.name}' {words}", stacklevel=4)
+        moved = f"'{stage.name}'" if drives else moved if not stage.loads else ""
+
+
 def refuse_lost_loads(model: Model, stages: Sequence[Stage]) -> None:
     """Raise ParameterError for a pressure so small that contacts do not feel it: their openings are not that exact."""
     stiffest = max(float(np.max(one.stiffness[0])) for one in each_law(model.laws))

@@ -35,6 +35,7 @@ from grainlaw.runs.plausibility import (
     refuse_heat_after_conduction,
     refuse_lost_loads,
     refuse_lost_pressures,
+    warn_of_free,
     warn_of_scales,
 )
 from grainlaw.runs.progress import RunBar, RunFile, Shown, shown_in
@@ -178,4 +179,5 @@ def begun(
     refuse_lost_pressures(model, stages)
     refuse_heat_after_conduction(stages)
     warn_of_scales(model, stages)
+    warn_of_free(stages)
     return state, stages

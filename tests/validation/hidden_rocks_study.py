@@ -97,7 +97,7 @@ def row(number):
         low, high = (f"{end / unit:.{digits}f}" for end in each.interval)
         held = "" if each.interval[0] <= truth[each.name] <= each.interval[1] else " **missed**"
         cells.append(f"{truth[each.name] / unit:.{digits}f} in {low} to {high}{held}")
-    met = [each.is_met for each in found.checks if each.target]
+    met = [each.verdict == "met" for each in found.checks if each.target]
     undetermined = ", ".join(name.replace("_", " ") for name in found.identifiability.not_determined) or "none"
     return [*cells, undetermined, f"{sum(met)} of {len(met)}", "none"]
 

@@ -30,6 +30,7 @@ from grainlaw.drawing.palette import BLACK, color, marker, style
 from grainlaw.fields import ParameterError
 from grainlaw.messages import refusal
 from grainlaw.results.archive import law_names
+from grainlaw.results.certificate import is_whole
 from grainlaw.results.figures.cracks import SHEAR, TENSILE, count_below, draw_cracks, named_results
 from grainlaw.results.means import Samples
 from grainlaw.results.measured import MeasuredCurve
@@ -315,7 +316,7 @@ def _draw(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> None:
 def _mark_strength(axes: Axes, panel: Panel, column: str, result: Result, paint: Any) -> None:
     """A full mark at the first failure, an open one at a largest load above it."""
     found = borne_in(result.curves) if (column, panel.over) in LOADS else None
-    if found is None or not found.failed:
+    if found is None or not found.failed or is_whole(result):
         return
     for at, filling in ((found.at, "full"), (found.largest, "none")):
         x, y = (result.shown(name)[at] for name in (panel.over, column))
