@@ -13,7 +13,7 @@ from command_line import FILE, SMALL, invoke
 from support import BRITTLE, PULL, ROCK, STIFF, STRONG, small_sample
 
 import grainlaw as gl
-from grainlaw.geometry import Voronoi, from_labels, notched_beam, rectangle
+from grainlaw.geometry import Voronoi, from_labels, notched_beam, plate_with_hole, rectangle
 from grainlaw.laws import CohesiveCrack, MohrCoulomb
 from grainlaw.protocols import BiaxialCompression, Brazilian, Excavation, UniaxialCompression
 from grainlaw.units import GPa, MPa, mm
@@ -507,6 +507,15 @@ def test_a_summary_that_fails_costs_no_run(found, words):
         run(test=Own(loads=[drive()], found=found))
     assert len(told.value.result.curves["height"]) > 50
     assert "tensile_cracks" in told.value.result.summary
+
+
+def test_a_sliver_that_rules_the_step_is_told():
+    """Beside a corner of the hole a triangle is 4 um wide in grains of 13 mm."""
+    plate = Voronoi(grains=60, seed=31).tessellate(plate_with_hole(0.1, 0.1, 0.02))
+    held = [drive(), gl.loads.Drive(boundary="bottom", axis=1, speed=0)]
+    words = r"the step of a run is 0.00028 of what most zones allow, for the thin cell 15 at \(-0.00965, 0.002585\) m"
+    with pytest.warns(UserWarning, match=words):
+        run(test=Own(loads=held, until=gl.conditions.Reaches("time", 1e-9)), specimen=gl.Specimen(plate, ROCK))
 
 
 def test_what_nothing_holds_is_told():

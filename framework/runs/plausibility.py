@@ -13,12 +13,15 @@ from grainlaw.engine.model import Model
 from grainlaw.fields import ParameterError, UnitWarning
 from grainlaw.loading import Constant
 from grainlaw.loads import Conduction, Drive, FluidPressure, Heat, Hold, Pressure, Traction
+from grainlaw.material import Rigid
+from grainlaw.mesh import worst_step
 from grainlaw.stage import Stage
 
 CONTACTS = (1e-2, 1e4)  #: usual stiffness of contacts times the grain size, over that of the grains
 OPENING = 0.1  #: of the grain size: the most that a contact usually opens before it breaks
 FELT = 10  #: times what rounding of positions makes of stresses at contacts: least load that comes to rest
 LOADED = (2e-8, 0.05)  #: of the modulus: usual pressures and stresses on boundaries
+THIN = 0.05  #: of the step that most zones allow: one place of the grains makes a run twenty times as long
 SPEED = 0.02  #: of the speed of waves: the fastest usual loading
 
 
@@ -26,6 +29,21 @@ def warn_of_scales(model: Model, stages: Sequence[Stage]) -> None:
     """Warn (:class:`UnitWarning`) of contacts, loads and speeds that do not go with their grains."""
     for words in (*_contacts(model), *_levels(model, stages), *_speeds(model, stages)):
         warnings.warn(UnitWarning(words), stacklevel=4)
+
+
+def warn_of_slivers(model: Model) -> None:
+    """Warn of a place of the grains that alone makes a run take many times as many steps."""
+    if isinstance(model.specimen.material, Rigid):
+        return
+    ratio, cell = worst_step(model.specimen.mesh)
+    if ratio < THIN:
+        x, y = model.specimen.grains.centroids[cell]
+        warnings.warn(
+            f"the step of a run is {ratio:.2g} of what most zones allow, for the thin cell {cell} at "
+            f"({x:.4g}, {y:.4g}) m; another seed, fewer sides of a round outline, larger grains beside it or "
+            "mass_scaling=2 make it longer",
+            stacklevel=4,
+        )
 
 
 def warn_of_free(stages: Sequence[Stage]) -> None:

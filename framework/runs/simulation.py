@@ -37,6 +37,7 @@ from grainlaw.runs.plausibility import (
     refuse_lost_pressures,
     warn_of_free,
     warn_of_scales,
+    warn_of_slivers,
 )
 from grainlaw.runs.progress import RunBar, RunFile, Shown, shown_in
 from grainlaw.runs.progress_file import PROGRESS, ProgressFile
@@ -180,4 +181,5 @@ def begun(
     refuse_heat_after_conduction(stages)
     warn_of_scales(model, stages)
     warn_of_free(stages)
+    warn_of_slivers(model)
     return state, stages
