@@ -169,10 +169,9 @@ def test_a_tunnel_of_metres_has_metres_and_millimetres():
     figure = gl.plot_field(attrs.evolve(whole, frames=[frame]), "displacement_x")
     values, words = shown(figure)
     assert (values == pytest.approx(2.0), words) == (True, "displacement along x (mm)")
-    figure.canvas.draw()
     axes = figure.axes[0]
     assert axes.get_ylabel() == "y (m)"
-    assert [tick.get_text() for tick in axes.get_yticklabels()] == [f"{y / 1e3:g}" for y in axes.get_yticks()]
+    assert axes.dataLim.height == pytest.approx(12, rel=0.01)
 
 
 def test_cracks_since_a_stage_are_those_of_later_samples(made):

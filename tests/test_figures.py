@@ -20,7 +20,7 @@ from grainlaw.drawing.grains import _told_apart, phase_legend
 from grainlaw.drawing.palette import BLUE, COLORS, VERMILLION
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.results.acoustic import KINDS
-from grainlaw.results.figures.cracks import box, fit, how_far, outlines
+from grainlaw.results.figures.cracks import box, fit, how_far, outlines, unit_of
 from grainlaw.results.figures.laboratory import PANELS, _from_zero
 
 BRICK = gl.Rigid(density=2700)
@@ -372,7 +372,7 @@ def test_what_flew_far_is_left_out_of_the_box():
     """A specimen of 20 x 40 mm, of which one grain is a metre away: 0.3 of its sizes are shown beside it."""
     made = gl.simulate(small_sample(12), BRITTLE, PULL, frames=1, progress=False)
     made.frames[-1].displacement[0] = (-1.0, 1.0)
-    low, high = box(made, [-1])
+    low, high = box(made, [-1], unit_of(made))
     assert low[0] == pytest.approx(-0.3 * 20)
     assert high[1] == pytest.approx(1.3 * 40)
     assert -1 < low[1] < 1
@@ -381,4 +381,6 @@ def test_what_flew_far_is_left_out_of_the_box():
     far = SimpleNamespace(displacement=np.array([(-1.0, 0.0), (0.0, 1.0)]))
     elsewhere = SimpleNamespace(specimen=SimpleNamespace(grains=SimpleNamespace(vertices=nodes)), frames=[far],
                                 mesh=SimpleNamespace(nodes=nodes), frame=lambda who, number: far)  # fmt: skip
-    assert box(elsewhere, [-1]) == pytest.approx(np.array([(100 - 0.3 * 20, 200), (120, 200 + 1.3 * 40)]))
+    assert box(elsewhere, [-1], unit_of(elsewhere)) == pytest.approx(
+        np.array([(100 - 0.3 * 20, 200), (120, 200 + 1.3 * 40)])
+    )

@@ -17,6 +17,7 @@ from support import BRITTLE, PULL, small_sample
 from test_report import Page
 
 import grainlaw as gl
+from grainlaw.drawing.figure import LengthUnit
 from grainlaw.drawing.palette import COLORS
 from grainlaw.results.archive import to_bytes
 from grainlaw.results.figures.cracks import scale_bar
@@ -221,7 +222,7 @@ def test_a_scale_bar_is_round_and_as_long_as_it_says(width, length):
     axes = Figure().subplots()
     axes.set_xlim(7, 7 + width * 1e3)
     axes.set_ylim(3, 9)
-    scale_bar(axes, width)
+    scale_bar(axes, width, LengthUnit(1e3, "mm"))
     assert np.ptp(axes.lines[0].get_xdata()) == pytest.approx(length)
     assert np.mean(axes.lines[0].get_xdata()) == axes.texts[0].xy[0] == pytest.approx(7 + width * 1e3 / 2)
     assert list(axes.lines[0].get_ydata()) == [3, 3]

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import io
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import matplotlib.figure
+import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import FuncFormatter
 
 from grainlaw.messages import refusal
 
@@ -34,16 +34,21 @@ def given_or_new(where: str, ax: Any, size: tuple[float, float]) -> tuple[Figure
     return cast(Figure, ax.figure.figure), ax  # that of a subfigure is the whole figure
 
 
-LARGE = 1000.0  #: mm, from which lengths are shown in m
+class LengthUnit(NamedTuple):
+    """In what lengths are drawn."""
+
+    factor: float  #: a length in m times this is the length that is drawn
+    name: str
 
 
-def to_scale(axes: Axes, unit: str = "mm") -> None:
-    """Show all that was drawn, with equal scales of x and y; many mm with metres at the axes."""
+def length_unit(*vertices: np.ndarray) -> LengthUnit:
+    """For one picture of all that has these vertices (n, 2) m: mm where it is smaller than a metre, else m."""
+    is_small = max(float(np.ptp(places, axis=0).max()) for places in vertices) < 1
+    return LengthUnit(1e3, "mm") if is_small else LengthUnit(1.0, "m")
+
+
+def to_scale(axes: Axes, unit: LengthUnit) -> None:
+    """Show all that was drawn, with equal scales of x and y."""
     axes.set_aspect("equal")
     axes.autoscale_view()
-    spans = [abs(high - low) for low, high in (axes.get_xlim(), axes.get_ylim())]
-    if unit == "mm" and max(spans) >= LARGE:
-        unit = "m"
-        for axis in (axes.xaxis, axes.yaxis):
-            axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value / 1000:g}"))
-    axes.set(xlabel=f"x ({unit})", ylabel=f"y ({unit})")
+    axes.set(xlabel=f"x ({unit.name})", ylabel=f"y ({unit.name})")

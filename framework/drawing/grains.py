@@ -27,26 +27,25 @@ def draw_grains(grains: Any, by: str, ax: Any) -> Figure:
         raise refusal("Tessellation.plot: by", by, "'phase', 'area' or 'parent'")
     from matplotlib.collections import LineCollection, PolyCollection
 
-    from grainlaw.drawing.figure import given_or_new, to_scale
+    from grainlaw.drawing.figure import given_or_new, length_unit, to_scale
 
     figure, axes = given_or_new("Tessellation.plot", ax, (7, 7))
-    small = np.ptp(grains.vertices, axis=0).max() < 1
-    scale, unit = (1e3, "mm") if small else (1.0, "m")
-    polygons = np.split(grains.vertices[grains.corners] * scale, grains.first[1:-1])
+    unit = length_unit(grains.vertices)
+    polygons = np.split(grains.vertices[grains.corners] * unit.factor, grains.first[1:-1])
     legends = []
     if by == "area":
         number = np.unique(grains.parent, return_inverse=True)[1].ravel()
-        areas = np.bincount(number, grains.areas)[number] * scale**2
+        areas = np.bincount(number, grains.areas)[number] * unit.factor**2
         filled = PolyCollection(polygons, array=areas, cmap="cividis", edgecolor="face")
         axes.add_collection(filled)
-        axes.figure.colorbar(filled, ax=axes, label=f"area of the grain ({unit}²)", shrink=0.7)
+        axes.figure.colorbar(filled, ax=axes, label=f"area of the grain ({unit.name}²)", shrink=0.7)
     else:
         group = grains.phase if by == "phase" else _told_apart(grains)
         colors = [FILLS[k % len(FILLS)] for k in group]
         axes.add_collection(PolyCollection(polygons, facecolor=colors, edgecolor=colors))
         legends = phase_legend(grains) if by == "phase" else []
     edges, rim = grains.edges, "white" if by == "area" else RIM
-    ends = grains.vertices[np.column_stack([edges.start, edges.end])] * scale
+    ends = grains.vertices[np.column_stack([edges.start, edges.end])] * unit.factor
     axes.add_collection(LineCollection(list(ends[edges.kind == 1]), colors=rim, linewidths=0.25))
     axes.add_collection(LineCollection(list(ends[edges.kind == 0]), colors=rim, linewidths=0.7))
     for k, name in enumerate(grains.joints):

@@ -17,7 +17,7 @@ from grainlaw.drawing.figure import Figure, given_or_new
 from grainlaw.drawing.palette import BLACK, BLUE, COLORS, STYLES, VERMILLION, color, marker
 from grainlaw.fields import ParameterError
 from grainlaw.quantity import Quantity
-from grainlaw.results.figures.cracks import draw_stored_cracks, label_cracks, scale_bar
+from grainlaw.results.figures.cracks import draw_stored_cracks, label_cracks, scale_bar, unit_of
 from grainlaw.results.figures.curves import EVERY, common_panel, label_panel
 from grainlaw.studies import groups
 from grainlaw.studies.statistics import Difference, Mean, level
@@ -161,7 +161,7 @@ def plot_cracks(
             "as cases=[{'seed': 1, ...}, ...]"
         )
     results = [table.result(**case) for case in cases]
-    box = np.array([_box(result) for result in results])
+    unit, box = unit_of(*results), np.array([_box(result) for result in results])
     low, high = box[:, 0].min(axis=0), box[:, 1].max(axis=0)
     wide, tall = high - low
     across = min(columns or MOST_PER_COLUMN, len(results))
@@ -179,16 +179,16 @@ def plot_cracks(
     common = {name: v for name, v in named[0].items() if all(name in each and each[name] == v for each in named)}
     own = [{name: v for name, v in each.items() if name not in common} for each in named]
     for axes, levels, result in zip(places, own, results, strict=False):
-        draw_stored_cracks(axes, result, title=_label(levels).replace(", ", "\n"))
-        axes.set_xlim(low[0] * 1e3, high[0] * 1e3)
-        axes.set_ylim(low[1] * 1e3, high[1] * 1e3)
+        draw_stored_cracks(axes, result, unit, title=_label(levels).replace(", ", "\n"))
+        axes.set_xlim(low[0] * unit.factor, high[0] * unit.factor)
+        axes.set_ylim(low[1] * unit.factor, high[1] * unit.factor)
         axes.set_axis_off()
     if ax is None:
         for axes in places[len(results) :]:
             axes.remove()
         figure.suptitle(_label(common), fontsize=10)
         label_cracks(figure)
-    scale_bar(places[(down - 1) * across], float(wide))
+    scale_bar(places[(down - 1) * across], float(wide), unit)
     return figure
 
 

@@ -18,7 +18,7 @@ from matplotlib.transforms import offset_copy
 
 from grainlaw.arguments import checked
 from grainlaw.columns import TIME
-from grainlaw.drawing.figure import Figure, given_or_new, to_scale
+from grainlaw.drawing.figure import Figure, LengthUnit, given_or_new, length_unit, to_scale
 from grainlaw.drawing.grains import phase_legend
 from grainlaw.drawing.palette import BLUE, VERMILLION
 from grainlaw.fields import checked_whole_number
@@ -40,29 +40,39 @@ GRAIN, RIM = "#efece4", "#b9b2a3"
 ROUND = (1, 2, 5)
 
 
-def draw_cracks(axes: Axes, result: Result, frame: int = -1, *, phases: bool = False) -> None:
+def unit_of(*results: Result) -> LengthUnit:
+    """The unit of lengths of one picture of all of them."""
+    return length_unit(*(result.specimen.grains.vertices for result in results))
+
+
+def draw_cracks(
+    axes: Axes, result: Result, frame: int = -1, *, phases: bool = False, unit: LengthUnit | None = None
+) -> None:
     """Broken contact points on the deformed specimen: tensile thin and orange, shear thick and blue.
 
     With ``phases`` the grains are in the colours of their minerals.
     Without frames they are drawn on the outline of the specimen before the test.
     """
+    unit = unit or unit_of(result)
     if not result.frames and frame == -1:
-        draw_stored_cracks(axes, result)
+        draw_stored_cracks(axes, result, unit)
         return
     moment = result.frame("plot_cracks", frame)
-    lines = draw_deformed(axes, result, moment, phases=phases)
+    lines = draw_deformed(axes, result, moment, unit, phases=phases)
     broken = ~np.isnan(moment.bonds["broken_time"])
     draw_modes(axes, lines[broken], moment.bonds["mode"][broken] < 0.5)
+    to_scale(axes, unit)
 
 
 def draw_deformed(
-    axes: Axes, result: Result, moment: Frame, *, phases: bool = False, fills: Mapping[str, Any] | None = None
-) -> np.ndarray:
-    """Draw the deformed grains; (p, 2, 2) mm, the two ends of what belongs to each contact point.
+    axes: Axes, result: Result, moment: Frame, unit: LengthUnit, *, phases: bool = False,
+    fills: Mapping[str, Any] | None = None,
+) -> np.ndarray:  # fmt: skip
+    """Draw the deformed grains; (p, 2, 2) in the unit, the two ends of what belongs to each contact point.
 
     Grains have one colour, with ``phases`` those of their minerals; ``fills`` say other ones for the zones.
     """
-    place = (result.mesh.nodes + moment.displacement) * 1e3
+    place = (result.mesh.nodes + moment.displacement) * unit.factor
     parts = [(np.arange(len(result.mesh.zones)), fills or {"facecolor": GRAIN, "edgecolor": GRAIN})]
     if phases and (minerals := phase_legend(result.specimen.grains)):
         of, numbers = result.specimen.grains.phase[result.mesh.zone_grain], np.unique(result.specimen.grains.phase)
@@ -123,8 +133,9 @@ def side_by_side(results: Any, frame: int = -1, *, columns: int | None = None) -
         checked_whole_number("side_by_side: columns", columns, at_least=1)
     results = named_results("side_by_side", results)
     figure, panels, corners = _panels(results, dict.fromkeys(results, frame), columns)
+    unit = unit_of(*results.values())
     for name, axes in panels.items():
-        draw_cracks(axes, results[name], frame)
+        draw_cracks(axes, results[name], frame, unit=unit)
         fit(axes, *corners)
         counts = ", ".join(text.replace(": ", " ") for text in axes.get_legend_handles_labels()[1])
         axes.set_title(f"{name}\n{counts}", fontsize="medium")
@@ -136,8 +147,9 @@ def side_by_side(results: Any, frame: int = -1, *, columns: int | None = None) -
 def _panels(
     results: Mapping[str, Result], frames: Mapping[str, int], columns: int | None
 ) -> tuple[Figure, dict[str, Axes], np.ndarray]:
-    """A figure with axes for each result at its frame, and the corners (2, 2) mm of what they all show."""
-    low, high = hull([box(result, [frames[name]]) for name, result in results.items()])
+    """A figure with axes for each result at its frame, and the corners (2, 2) of what they all show, in their unit."""
+    unit = unit_of(*results.values())
+    low, high = hull([box(result, [frames[name]], unit) for name, result in results.items()])
     wide, tall = high - low
     across = min(columns or MOST_ACROSS, len(results))
     down = math.ceil(len(results) / across)
@@ -159,13 +171,15 @@ def pressures_side_by_side(results: Mapping[str, Result]) -> Figure | None:
     moments = {name: result.frames[frames[name]] for name, result in wet.items()}
     largest = max(float(moment.bonds["fluid_pressure"].max()) for moment in moments.values()) / 1e6
     figure, panels, corners = _panels(wet, frames, None)
+    unit = unit_of(*wet.values())
     for name, axes in panels.items():
-        lines, pressure = draw_deformed(axes, wet[name], moments[name]), moments[name].bonds["fluid_pressure"] / 1e6
+        lines = draw_deformed(axes, wet[name], moments[name], unit)
+        pressure = moments[name].bonds["fluid_pressure"] / 1e6
         full = pressure > 0
         drawn = LineCollection(list(lines[full]), array=pressure[full], cmap="viridis", linewidths=2.0)
         drawn.set_clim(0.0, largest)
         axes.add_collection(drawn)
-        to_scale(axes)
+        to_scale(axes, unit)
         fit(axes, *corners)
         axes.set_title(f"{name}\n{how_far(wet[name], frames[name])}", fontsize="medium")
         axes.label_outer()
@@ -186,14 +200,16 @@ def temperatures_side_by_side(results: Mapping[str, Result]) -> Figure | None:
         return None
     moments = {name: results[name].frames[k] for name, k in frames.items()}
     every = np.concatenate([moment.zones["temperature"] for moment in moments.values()])
-    figure, panels, corners = _panels({name: results[name] for name in frames}, frames, None)
+    shown = {name: results[name] for name in frames}
+    figure, panels, corners = _panels(shown, frames, None)
+    unit = unit_of(*shown.values())
     for name, axes in panels.items():
         result, moment = results[name], moments[name]
-        place = (result.mesh.nodes + moment.displacement) * 1e3
+        place = (result.mesh.nodes + moment.displacement) * unit.factor
         drawn = PolyCollection(place[result.mesh.zones], array=moment.zones["temperature"], cmap="inferno")
         drawn.set_clim(float(every.min()), float(every.max()))
         axes.add_collection(drawn)
-        to_scale(axes)
+        to_scale(axes, unit)
         fit(axes, *corners)
         axes.set_title(f"{name}\n{how_far(result, frames[name])}", fontsize="medium")
         axes.label_outer()
@@ -242,7 +258,7 @@ def animate(result: Result, file: str | os.PathLike[str], per_second: float) -> 
         )
     result.frame("animate", -1)
     every = range(len(result.frames))
-    low, high = box(result, every)
+    low, high = box(result, every, unit_of(result))
     wide, tall = (high - low) * min(6.5 / (high - low)[1], 10 / (high - low)[0])  # inches
     width, height = max(3.2, wide + 1.2), max(2.2, tall + 1.2)
     figure = Figure(figsize=(width, height), dpi=DPI)
@@ -283,23 +299,23 @@ def crack_lines(cracks: Cracks) -> np.ndarray:
     return np.stack([cracks.position - half, cracks.position + half], axis=1)
 
 
-def draw_stored_cracks(axes: Axes, result: Result, title: str = "") -> None:
+def draw_stored_cracks(axes: Axes, result: Result, unit: LengthUnit, title: str = "") -> None:
     """Cracks where they lie on the deformed specimen, on the outline of the specimen before the test."""
     for region in result.specimen.grains.regions:
-        axes.add_patch(PathPatch(_path(region), facecolor=GRAIN, edgecolor=RIM, linewidth=0.8))
-    draw_modes(axes, crack_lines(result.cracks) * 1e3, result.cracks.tensile)
+        axes.add_patch(PathPatch(_path(region, unit), facecolor=GRAIN, edgecolor=RIM, linewidth=0.8))
+    draw_modes(axes, crack_lines(result.cracks) * unit.factor, result.cracks.tensile)
+    to_scale(axes, unit)
     if title:
         axes.set_title(title, fontsize=9)
 
 
 def draw_modes(axes: Axes, lines: np.ndarray, tensile: np.ndarray) -> None:
-    """Cracks as lines (k, 2, 2) mm by their mode, tensile thin and shear thick, each with its number, to scale."""
+    """Cracks as lines (k, 2, 2) by their mode, tensile thin and shear thick, each with its number."""
     for name, chosen, color in (("shear", ~tensile, SHEAR), ("tensile", tensile, TENSILE)):
         label = f"{name}: {int(chosen.sum())}"
         axes.add_collection(
             LineCollection(list(lines[chosen]), colors=color, linewidths=WIDTHS[name], label=label, capstyle="round")
         )
-    to_scale(axes)
 
 
 def label_cracks(figure: Figure) -> None:
@@ -317,23 +333,23 @@ def round_below(value: float) -> float:
     return float(max(k * power for k in ROUND if k * power <= value * (1 + 1e-9)))
 
 
-def scale_bar(axes: Axes, width: float) -> None:
+def scale_bar(axes: Axes, width: float, unit: LengthUnit) -> None:
     """A bar of a round length, about a third of a width (m), below the drawing."""
     length = round_below(width / 3)
     left, bottom = axes.get_xlim()[0], axes.get_ylim()[0]
-    start = left + (width - length) / 2 * 1e3
-    ends = [start, start + length * 1e3]
+    start = left + (width - length) / 2 * unit.factor
+    ends = [start, start + length * unit.factor]
     axes.plot(ends, [bottom] * 2, color="black", linewidth=2, clip_on=False, solid_capstyle="butt")
-    words = f"{length:g} m" if length >= 1 else f"{length * 1e3:g} mm"
+    words = f"{length * unit.factor:g} {unit.name}"
     axes.annotate(
         words, (np.mean(ends), bottom), (0, -4), textcoords="offset points", ha="center", va="top",
         fontsize=8, annotation_clip=False,
     )  # fmt: skip
 
 
-def _path(region: Region) -> Outline:
-    """Outline and holes as one path, in mm."""
-    rings = [np.concatenate([ring, ring[:1]]) * 1e3 for ring in (region.outline, *region.holes)]
+def _path(region: Region, unit: LengthUnit) -> Outline:
+    """Outline and holes as one path."""
+    rings = [np.concatenate([ring, ring[:1]]) * unit.factor for ring in (region.outline, *region.holes)]
     codes = [[Outline.MOVETO] + [Outline.LINETO] * (len(ring) - 2) + [Outline.CLOSEPOLY] for ring in rings]
     return Outline(np.concatenate(rings), np.concatenate(codes))
 
@@ -341,8 +357,8 @@ def _path(region: Region) -> Outline:
 # --- one scale -------------------------------------------------------------------------------------------------------
 
 
-def box(result: Result, frames: Sequence[int]) -> np.ndarray:
-    """(2, 2) mm, the corners of what is shown at some frames; grains that flew far away are left out."""
+def box(result: Result, frames: Sequence[int], unit: LengthUnit) -> np.ndarray:
+    """(2, 2) in the unit, the corners of what is shown at some frames; grains that flew far away are left out."""
     corners = result.specimen.grains.vertices
     low, high = corners.min(axis=0), corners.max(axis=0)
     room = FAR * (high - low)
@@ -350,7 +366,7 @@ def box(result: Result, frames: Sequence[int]) -> np.ndarray:
     if result.frames:
         places = (result.mesh.nodes + result.frame("plot_cracks", k).displacement for k in frames)
         ends += [np.clip([place.min(axis=0), place.max(axis=0)], low - room, high + room) for place in places]
-    return hull(ends) * 1e3
+    return hull(ends) * unit.factor
 
 
 def hull(boxes: Sequence[np.ndarray]) -> np.ndarray:
@@ -359,6 +375,6 @@ def hull(boxes: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def fit(axes: Axes, low: np.ndarray, high: np.ndarray) -> None:
-    """Show what lies between two corners (mm), with a little room around it."""
+    """Show what lies between two corners, with a little room around it."""
     room = MARGIN * float((high - low).max())
     axes.set(xlim=(low[0] - room, high[0] + room), ylim=(low[1] - room, high[1] + room))

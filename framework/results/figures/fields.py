@@ -11,11 +11,11 @@ from matplotlib.collections import LineCollection
 
 from grainlaw.arguments import checked
 from grainlaw.columns import quantity_of
-from grainlaw.drawing.figure import Figure, given_or_new, to_scale
+from grainlaw.drawing.figure import Figure, LengthUnit, given_or_new, to_scale
 from grainlaw.drawing.palette import BLACK, VERMILLION
 from grainlaw.messages import refusal
 from grainlaw.quantity import Quantity
-from grainlaw.results.figures.cracks import count_below, draw_deformed, how_far, round_below
+from grainlaw.results.figures.cracks import count_below, draw_deformed, how_far, round_below, unit_of
 from grainlaw.results.frames import Frame
 from grainlaw.results.result import Result
 from grainlaw.results.vtk import principal, turned
@@ -57,26 +57,26 @@ def plot_field(
         raise refusal("plot_field: since", since, f"None for {field}: displacement, stress and rotation have it")
     width, height = np.ptp(result.specimen.grains.vertices, axis=0)
     figure, axes = given_or_new("plot_field", ax, (min(10.0, 6.5 * width / height + 2.4), 7.0))
-    begin, look = result.frame_before("plot_field", since), _quantity(field)
+    begin, look, unit = result.frame_before("plot_field", since), _quantity(field), unit_of(result)
     displacement = moment.displacement - (begin.displacement if begin else 0.0)
     stress = moment.stress - (begin.stress if begin else 0.0)
     moving = moment.velocity if field.startswith("velocity") else displacement
     if look.unit == "µm" and np.abs(moving).max(initial=0.0) >= MANY:
         look = attrs.evolve(look, unit="mm", factor=1e3)
     if field in NODAL:
-        drawn = _draw_nodes(axes, result, moment, _part(field, moving) * look.factor, phases)
+        drawn = _draw_nodes(axes, result, moment, unit, _part(field, moving) * look.factor, phases)
     elif field in moment.bonds:
-        drawn = _draw_bonds(axes, result, moment, moment.bonds[field] * look.factor, phases)
+        drawn = _draw_bonds(axes, result, moment, unit, moment.bonds[field] * look.factor, phases)
         if axes.get_legend_handles_labels()[1]:
             count_below(axes)
     else:
         values = moment.zones[field] if field in moment.zones else _of_grains(result, field, displacement, stress)
-        drawn = _draw_zones(axes, result, moment, values * look.factor, phases)
+        drawn = _draw_zones(axes, result, moment, unit, values * look.factor, phases)
     if vectors and field in NODAL:
-        _arrows(axes, result, moment, moving, look)
+        _arrows(axes, result, moment, unit, moving, look)
     elif vectors:
-        _crosses(axes, result, moment, stress)
-    to_scale(axes)
+        _crosses(axes, result, moment, unit, stress)
+    to_scale(axes, unit)
     words = f"{look.words} since {since}" if since else look.words
     figure.colorbar(drawn, ax=axes, label=attrs.evolve(look, words=words).heading, shrink=0.7)
     axes.set_title(", ".join(filter(None, (moment.stage, how_far(result, frame)))))
@@ -108,23 +108,23 @@ def _of_grains(result: Result, field: str, displacement: np.ndarray, stress: np.
     return values[result.mesh.zone_grain]
 
 
-def _draw_nodes(axes: Axes, result: Result, moment: Frame, values: np.ndarray, phases: bool) -> Any:
-    place = (result.mesh.nodes + moment.displacement) * 1e3
+def _draw_nodes(axes: Axes, result: Result, moment: Frame, unit: LengthUnit, values: np.ndarray, phases: bool) -> Any:
+    place = (result.mesh.nodes + moment.displacement) * unit.factor
     drawn = axes.tripcolor(*place.T, result.mesh.zones, values, shading="gouraud", **_colors(values))
-    lines = draw_deformed(axes, result, moment, fills={"facecolor": "none", "edgecolor": "none"})
+    lines = draw_deformed(axes, result, moment, unit, fills={"facecolor": "none", "edgecolor": "none"})
     _draw_edges(axes, result, moment, lines, phases)
     return drawn
 
 
-def _draw_zones(axes: Axes, result: Result, moment: Frame, values: np.ndarray, phases: bool) -> Any:
-    lines = draw_deformed(axes, result, moment, fills={"array": values, "edgecolor": "face", **_colors(values)})
+def _draw_zones(axes: Axes, result: Result, moment: Frame, unit: LengthUnit, values: np.ndarray, phases: bool) -> Any:
+    lines = draw_deformed(axes, result, moment, unit, fills={"array": values, "edgecolor": "face", **_colors(values)})
     drawn = axes.collections[-2]  # below the rims
     _draw_edges(axes, result, moment, lines, phases)
     return drawn
 
 
-def _draw_bonds(axes: Axes, result: Result, moment: Frame, values: np.ndarray, phases: bool) -> Any:
-    lines, there = draw_deformed(axes, result, moment, phases=phases), np.isfinite(values)
+def _draw_bonds(axes: Axes, result: Result, moment: Frame, unit: LengthUnit, values: np.ndarray, phases: bool) -> Any:
+    lines, there = draw_deformed(axes, result, moment, unit, phases=phases), np.isfinite(values)
     return axes.add_collection(
         LineCollection(list(lines[there]), array=values[there], linewidths=2.0, **_colors(values[there]))
     )
@@ -161,9 +161,9 @@ def _means(result: Result, of_nodes: np.ndarray) -> np.ndarray:
     return np.column_stack(sums) / np.bincount(grain, mass)[:, None]
 
 
-def _arrows(axes: Axes, result: Result, moment: Frame, moving: np.ndarray, look: Quantity) -> None:
+def _arrows(axes: Axes, result: Result, moment: Frame, unit: LengthUnit, moving: np.ndarray, look: Quantity) -> None:
     """Means of the grains as arrows, the longest as long as they are apart."""
-    place, moved = (_means(result, each) for each in ((result.mesh.nodes + moment.displacement) * 1e3, moving))
+    place, moved = (_means(result, each) for each in ((result.mesh.nodes + moment.displacement) * unit.factor, moving))
     at, spacing = _chosen(place)
     sizes = np.hypot(*moved[at].T)
     most = float(sizes.max(initial=0.0)) or 1.0
@@ -182,9 +182,9 @@ def _arrows(axes: Axes, result: Result, moment: Frame, moving: np.ndarray, look:
     axes.quiverkey(arrows, 0.9, 1.02, length, look.with_unit(length), labelpos="W", coordinates="axes")
 
 
-def _crosses(axes: Axes, result: Result, moment: Frame, stress: np.ndarray) -> None:
+def _crosses(axes: Axes, result: Result, moment: Frame, unit: LengthUnit, stress: np.ndarray) -> None:
     """Both principal stresses of grains as lines along their directions, the longest as long as they are apart."""
-    place = _means(result, (result.mesh.nodes + moment.displacement) * 1e3)
+    place = _means(result, (result.mesh.nodes + moment.displacement) * unit.factor)
     at, spacing = _chosen(place)
     angle = np.arctan2(2 * stress[at, 2], stress[at, 0] - stress[at, 1]) / 2  # of the larger one
     both = [values[at] for values in principal(stress)]

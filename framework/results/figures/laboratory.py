@@ -16,7 +16,7 @@ from grainlaw.drawing.grains import FILLS
 from grainlaw.drawing.palette import BLACK, BLUE, GREEN, ORANGE, PURPLE
 from grainlaw.messages import refusal
 from grainlaw.results.acoustic import KINDS, OPENS
-from grainlaw.results.figures.cracks import GRAIN, RIM, SHEAR, TENSILE, WIDTHS
+from grainlaw.results.figures.cracks import GRAIN, RIM, SHEAR, TENSILE, WIDTHS, unit_of
 from grainlaw.results.laboratory import Laboratory
 
 THRESHOLDS: dict[str, tuple[str, str, Any]] = {
@@ -120,11 +120,12 @@ def draw_rose(axes: Axes, laboratory: Laboratory) -> None:
 def _draw_specimen(axes: Axes, laboratory: Laboratory, colors: str | np.ndarray) -> None:
     """The grains at the last frame, in one colour, or with a colour for each zone."""
     result = laboratory.result
-    place = (result.mesh.nodes + result.frame("plot", -1).displacement) * 1e3
+    unit = unit_of(result)
+    place = (result.mesh.nodes + result.frame("plot", -1).displacement) * unit.factor
     axes.add_collection(PolyCollection(place[result.mesh.zones], facecolor=colors, edgecolor=colors, linewidth=0.3))
     ends = place[result.interfaces[:, :2]]
     axes.add_collection(LineCollection(list(ends), colors=RIM, linewidths=0.35))
-    to_scale(axes)
+    to_scale(axes, unit)
 
 
 def draw_fragments(axes: Axes, laboratory: Laboratory) -> None:
@@ -144,8 +145,9 @@ def draw_events(axes: Axes, laboratory: Laboratory) -> None:
     _draw_specimen(axes, laboratory, GRAIN)
     if len(events):
         size = 400 * events.energy / max(float(events.energy.max()), 1e-300)
-        x, y = (events.position * 1e3).T
-        lines = events.plane_lines * 1e3
+        unit = unit_of(laboratory.result)
+        x, y = (events.position * unit.factor).T
+        lines = events.plane_lines * unit.factor
         for kind, (color, _, width) in MECHANISMS.items():
             chosen = events.kind == kind
             look: dict[str, Any] = {"facecolors": "none", "edgecolors": color, "linewidths": width}
