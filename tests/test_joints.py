@@ -5,8 +5,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support import ROCK
 from tiling import SLOPE, assert_sides_complete, assert_tiles, shoelace
 
+import grainlaw as gl
 from grainlaw.fields import ParameterError
 from grainlaw.geometry import (
     Breakable,
@@ -23,6 +25,8 @@ from grainlaw.geometry import (
     rectangle,
 )
 from grainlaw.geometry.joints import cut_by
+from grainlaw.laws import MohrCoulomb
+from grainlaw.protocols import UniaxialTension
 from grainlaw.tessellation import TilingError
 
 REGIONS = {
@@ -229,3 +233,22 @@ def test_a_thin_triangle_that_a_trace_leaves_vanishes_below_half_of_an_edge_by_a
     trace = [(-4, 2 * height), (4, 0)]
     made = Jointed(Bricks(rows=1, columns=1), {"fault": [trace]}, merge=0.245).tessellate(rectangle(4, 1))
     assert made.count == count
+
+
+def test_cracks_of_a_joint_have_its_name(tmp_path):
+    """Pulled across, a plate breaks in its weak joint alone; saved, read, chosen, and by number in the table."""
+    made = Jointed(Voronoi(grains=20, seed=1), {"fault": [[(-1.0, 0.02), (1.0, 0.02)]]})
+    specimen = gl.Specimen(made.tessellate(rectangle(0.02, 0.04)), ROCK)
+    bond = MohrCoulomb(kn=1e14, ks=1e14, tensile_strength=13e6, cohesion=29e6, friction_angle=50)
+    law = {"fault": attrs.evolve(bond, tensile_strength=1e6), ...: bond}
+    pull = UniaxialTension(loading=gl.Constant(speed=0.05), maximum_strain=1e-4, samples=40)
+    result = gl.simulate(specimen, law, pull, checkpoint=tmp_path / "run", progress=False)
+    assert len(result.cracks)
+    assert set(result.cracks.kind) == {"fault"}
+    assert len(result.cracks[result.cracks.kind == "between"]) == 0
+    result.save(tmp_path / "run.npz")
+    assert gl.Result.load(tmp_path / "run.npz").cracks.kind.tolist() == result.cracks.kind.tolist()
+    head, *rows = (tmp_path / "run" / "cracks.csv").read_text().splitlines()
+    assert {row.split(",")[head.split(",").index("kind")] for row in rows} == {
+        str(specimen.grains.kinds.index("fault"))
+    }

@@ -80,6 +80,8 @@ class Cracks(metaclass=Checked):
     inside: np.ndarray = attrs.field()  #: (k,) whether between two cells of one grain: transgranular; not, unless given
 
     phases: np.ndarray = attrs.field()  #: (k, 2) names of the minerals of both polygons; empty, unless given
+    #: (k,) what they were: "between" grains, "inside" of one, or the name of a joint; empty, unless given
+    kind: np.ndarray = attrs.field()
     source_opening: np.ndarray = attrs.field()  #: (k,) m, gained by the break, less elastic ones; nan unless given
     source_slip: np.ndarray = attrs.field()  #: (k,) m, from the last sample before the break till waves have left
 
@@ -91,6 +93,10 @@ class Cracks(metaclass=Checked):
     @inside.default
     def _between(self) -> np.ndarray:
         return np.zeros(len(self.time), dtype=bool)
+
+    @kind.default
+    def _of_no_kind(self) -> np.ndarray:
+        return np.full(len(self.time), "")
 
     @phases.default
     def _unnamed(self) -> np.ndarray:
@@ -413,6 +419,7 @@ def _cracks(state: State) -> Cracks:
         slip=state.slip[broken].copy(),
         grains=state.mesh.interface_grains[interface],
         inside=state.mesh.interface_kind[interface] == 1,
+        kind=np.array(state.specimen.grains.kinds)[state.mesh.interface_kind[interface]],
         phases=_phase_names(state.specimen)[state.mesh.interface_grains[interface]],
         spent=state.broken_work[broken],
         source_opening=source[0],

@@ -84,7 +84,7 @@ def breaks(state: State) -> dict[str, np.ndarray]:
         "time": state.broken_time[point], "point": point, "grain_a": grain_a, "grain_b": grain_b, "x": x, "y": y,
         "orientation": np.arctan2(along[:, 1], along[:, 0]) % np.pi, "length": state.contact_lengths[point],
         "mode": state.broken_mode[point], "spent": state.broken_work[point],
-        "inside": (mesh.interface_kind[interface] == 1).astype(int),
+        "inside": (mesh.interface_kind[interface] == 1).astype(int), "kind": mesh.interface_kind[interface],
     }  # fmt: skip
 
 
