@@ -294,7 +294,7 @@ def test_a_run_is_kept_where_it_ends_and_not_again():
     kept = []
     run = object.__new__(Execution)
     run.at, run.folder = SimpleNamespace(finished=False), "folder"
-    run.moment, run._save, run._result = lambda: "moment", kept.append, lambda: "result"
+    run.moment, run._save, run._result = lambda: "moment", kept.append, lambda whole: "result"
     run._run_stage = lambda: setattr(run.at, "finished", True)
     assert (run.go(), kept) == ("result", ["moment"])
     assert (run.go(), kept) == ("result", ["moment"])

@@ -229,7 +229,7 @@ def test_curves_are_readable_before_the_peak(result):
     lateral = np.where(strain <= 0.005, 0.3 * strain, 0.0015 + 20 * (strain - 0.005))
     curves = {name: np.zeros(101) for name in result.curves} | {
         "strain": strain, "stress": stress, "lateral_strain": lateral, "volumetric_strain": lateral - strain,
-        "tensile_cracks": np.where(strain <= 0.005, strain > 0.002, 1000.0),
+        "tensile_cracks": np.where(strain <= 0.005, strain > 0.002, 1000.0), "damaged": 1.0 * (strain > 0.002),
     }  # fmt: skip
 
     def drawn(**changed):
@@ -241,6 +241,7 @@ def test_curves_are_readable_before_the_peak(result):
     assert not cracks.get_title()
     marks = [line.get_xydata()[0] for line in upper.lines if line.get_marker() == "o"]
     assert marks == [pytest.approx((0.5, 250))] * 2  # full and open
+    assert "o" not in [line.get_marker() for line in drawn(damaged=0 * strain)[0].lines]  # nothing has failed
     whole = plot_report_curves({"law": result}).axes
     assert not whole[1].get_title()
     assert len(whole[0].lines) == 1
