@@ -17,7 +17,7 @@ from grainlaw.arguments import checked
 from grainlaw.calibration.check import check
 from grainlaw.calibration.first_look import FirstLook, looked_at
 from grainlaw.calibration.identifiability import identifiability
-from grainlaw.calibration.moduli import Statics, expected_stiffness, meet_moduli, stiffened, with_stiffness
+from grainlaw.calibration.moduli import Statics, expected_stiffness, meet_moduli, stiffened
 from grainlaw.calibration.result import Calibration
 from grainlaw.calibration.space import Space, space_of
 from grainlaw.calibration.stiffness_search import CONTACTS, GRAINS, STIFF, Stiffness, fit_stiffness, stiffness_names
@@ -160,10 +160,13 @@ def first_look(
     shapes = checked_specimens(specimens, needed_tests([*targets.tested]))
     space, ones, stiffness = _space(law, free, tied or {}, shapes, targets), _one_of_each(shapes), None
     _warn_of_few("first_look", targets, space)
-    if targets.elastic:
-        stiffness = expected_stiffness(space, targets, ones, _statics(space, shapes, seeds, elastic), seed)
-        space = with_stiffness(space, stiffness)
+    statics = _statics(space, shapes, seeds, elastic) if targets.elastic else None
+    if statics is not None:
+        stiffness = expected_stiffness(space, targets, ones, statics, seed)
+        space = space.evolved(stiffness.parameters)
     found = looked_at(space, targets, ones, stiffness, seed)
+    if statics is not None and isinstance(found, FirstLook) and found.posterior and not found.meets_moduli:
+        found = found.stiffened(expected_stiffness(space, targets, ones, statics, seed, found.posterior.best))
     if isinstance(found, str):
         raise ParameterError(f"first_look: the emulator that comes with grainlaw does not know this rock: {found}")
     return found

@@ -40,6 +40,7 @@ DEGREE = 3  #: of the polynomials
 EVEN = 0.8  #: largest deviation of the areas of grains over their mean
 #: inputs beyond whose ends the value at the end is taken: of the specimen, and of stiffnesses that statics found
 CLIPPED = ("width", "slenderness", "pressure", "stiffness", "ratio")
+WITHIN = 0.01  #: of the elastic targets: near enough
 WIDENED = 2.0  #: times as far from the middle as the posterior are the points that a search begins with
 COMPRESSIVE = ("ucs", "cohesion", "friction_angle")
 MODULI = ("modulus", "poisson")  #: how far they are off in a test
@@ -224,6 +225,13 @@ class FirstMatch:
         wider = poisson if poisson > most else 0.0
         return {"youngs_modulus": youngs_modulus * softer, "poissons_ratio": poissons_ratio + wider}
 
+    def ends_of(self, name: str, value: float) -> tuple[float, float]:
+        """Between which ends a modulus (Pa) or Poisson's ratio lies with 95 %, by the emulator's error."""
+        modulus, poisson = (NORMAL * self.emulator.fits[each].error for each in MODULI)
+        if name == "youngs_modulus":
+            return value * math.exp(-modulus), value * math.exp(modulus)
+        return value - poisson, value + poisson
+
     @property
     def _confinements(self) -> set[float]:
         line = {"cohesion", "friction_angle"} & set(self.targets)
@@ -334,6 +342,18 @@ class FirstLook(metaclass=Checked):
             return {}
         return self.match.moduli(self.posterior.best, self.stiffness.modulus, self.stiffness.poisson)
 
+    @property
+    def meets_moduli(self) -> bool:
+        """Whether a test of the best parameters gives the elastic targets to 1 %."""
+        return all(abs(self.moduli[name] / target.value - 1) <= WITHIN for name, target in self.elastic.items())
+
+    def stiffened(self, stiffness: Stiffness) -> FirstLook:
+        """The same parameters between contacts and grains of this stiffness."""
+        space = self.match.space.evolved(stiffness.parameters)
+        return attrs.evolve(
+            self, match=attrs.evolve(self.match, space=space, grains=stiffness.grains), stiffness=stiffness
+        )
+
     def beginning(self, count: int, seed: int) -> np.ndarray:
         """(n, d) points for a search to begin with, at most ``count``: the posterior, twice as wide."""
         assert self.posterior is not None
@@ -369,10 +389,11 @@ class FirstLook(metaclass=Checked):
         for k, free in enumerate(self.match.space.free):
             low, high = (rounded(value, free.unit) for value in self.posterior.interval(k))
             rows.append([free.name, rounded(self.best[free.name], free.unit), f"{low} to {high}"])
-        told = [["expected", "target", "of the best", "95 %"]]
+        told = [["expected in the mean", "target", "of the best", "95 %"]]
         for name, target in self.elastic.items():
-            text = AIMS[name].shown.text
-            told.append([AIMS[name].shown.heading, text(target.value), text(self.moduli[name]), ""])
+            text, (least, most) = AIMS[name].shown.text, self.match.ends_of(name, self.moduli[name])
+            told.append([AIMS[name].shown.heading, text(target.value), text(self.moduli[name]),
+                         f"{text(least)} to {text(most)}"])  # fmt: skip
         for name, (value, least, most) in self.expected.items():
             text = AIMS[name].shown.text
             told.append([AIMS[name].shown.heading, text(self.match.targets[name].value), text(value),

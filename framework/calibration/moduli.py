@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping
 import attrs
 import numpy as np
 
-from grainlaw.calibration.first_look import TRIED, first_match, why_unknown
+from grainlaw.calibration.first_look import TRIED, WITHIN, first_match, why_unknown
 from grainlaw.calibration.space import Space
 from grainlaw.calibration.stiffness_search import Stiffness, UnreachableError
 from grainlaw.calibration.targets import Targets, in_words
@@ -18,7 +18,6 @@ from grainlaw.fields import ParameterError
 from grainlaw.results.means import spread
 from grainlaw.specimen import Specimen
 
-WITHIN = 0.01  #: of the targets: near enough
 ROUNDS = 10  #: of statics and tests
 SLOPES = (0.5, 4.0)  #: of Poisson's ratio in the test over that of statics
 
@@ -55,7 +54,7 @@ def meet_moduli(
 def stiffened(search: Search, simulator: StudySimulator, stiffness: Stiffness) -> Search:
     """The search, and its laboratory, with contacts and grains of this stiffness."""
     simulator.stiffen(stiffness.parameters, stiffness.grains)
-    return attrs.evolve(search, space=with_stiffness(search.space, stiffness))
+    return attrs.evolve(search, space=search.space.evolved(stiffness.parameters))
 
 
 @attrs.frozen
@@ -76,12 +75,14 @@ def moduli_of(stiffness: Stiffness, wanted: Iterable[str]) -> dict[str, float]:
 
 
 def expected_stiffness(
-    space: Space, targets: Targets, specimens: Mapping[str, Specimen], statics: Statics, seed: int
-) -> Stiffness:
+    space: Space, targets: Targets, specimens: Mapping[str, Specimen], statics: Statics, seed: int,
+    point: np.ndarray | None = None,
+) -> Stiffness:  # fmt: skip
     """The stiffness with which a test should give the elastic targets, by no test.
 
-    Where the emulator that comes with grainlaw knows the rock, it tells how far tests are off statics; elsewhere, that
-    of statics. ``specimens`` are one of each shape. Raises :class:`ParameterError`.
+    Where the emulator that comes with grainlaw knows the rock, it tells how far tests are off statics at a ``point``
+    (d,), the likeliest unless given; elsewhere, that of statics. ``specimens`` are one of each shape. Raises
+    :class:`ParameterError`.
     """
     wanted = {name: target.value for name, target in targets.elastic.items()}
     if why_unknown(space, targets, specimens):
@@ -89,19 +90,14 @@ def expected_stiffness(
     points = space.prior(TRIED, seed)
 
     def measure(stiffness: Stiffness) -> dict[str, float]:
-        match = first_match(with_stiffness(space, stiffness), targets, specimens, stiffness.grains)
-        best = match.likeliest(points)
+        match = first_match(space.evolved(stiffness.parameters), targets, specimens, stiffness.grains)
+        best = match.likeliest(points) if point is None else point
         if best is None:
             return dict.fromkeys(wanted, math.nan)
         both = match.moduli(best, stiffness.modulus, stiffness.poisson)
         return {name: both[name] for name in wanted}
 
     return fit_moduli(wanted, statics, measure)
-
-
-def with_stiffness(space: Space, stiffness: Stiffness) -> Space:
-    """The same between contacts of this stiffness."""
-    return attrs.evolve(space, base={**space.base, **stiffness.parameters})
 
 
 def fit_moduli(

@@ -107,6 +107,10 @@ class Space(metaclass=Checked):
         """A point by the names of its parameters."""
         return dict(zip(self.names, map(float, point), strict=True))
 
+    def evolved(self, parameters: Mapping[str, float]) -> Space:
+        """The same with other values of parameters that are not free."""
+        return attrs.evolve(self, base={**self.base, **parameters})
+
     def with_tied(self, values: Mapping[str, float]) -> dict[str, float]:
         """Free parameters by name, and those that follow from them."""
         return {**values, **{tie.name: tie.times * values[tie.to] for tie in self.ties}}
