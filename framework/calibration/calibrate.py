@@ -69,7 +69,11 @@ def calibrate(
     shapes = checked_specimens(specimens, (*wanted, *(["compression"] if targets.elastic else [])))
     space = _space(law, free, tied or {}, shapes, targets)
     parts = 3 if targets.elastic else 2  # a pilot, the first wave, and as much for the later ones
-    checked_whole_number("calibrate: budget", budget, at_least=parts * (len(space.groups) + 4))
+    each = len(space.groups) + 4
+    checked_whole_number("calibrate: budget", budget, at_least=1)
+    if budget < parts * each:
+        of_each = f"{parts} times {each} points, four and one for each of {', '.join(space.groups)}"
+        raise refusal("calibrate: budget", budget, f"at least {parts * each}: {of_each}")
     _warn_of_few("calibrate", targets, space)
     case = TrialCase(space.law, space.base, space.ties, shapes, made, 1.0)
     names = [name for name in measured_by(wanted, targets) if not AIMS[name].is_elastic]

@@ -251,4 +251,6 @@ def _write_rock(found: Calibration, asked: CalibrationFile, folder: Path) -> Non
         sections["rock"] = sections.get("rock", {}) | {"cite": chosen.sections["rock"]["cite"]}
     law_there, _ = copied(chosen.sections["law"]["type"], chosen.law_files, folder)
     sections["law"] = settings(found.law, ContactLaw) | {"type": law_there}
+    if not chosen.numerics.refinement:
+        del sections["numerics"]  # which a rock by file has not
     write_config(folder / CALIBRATED, "NAME", sections)

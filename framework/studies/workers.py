@@ -314,7 +314,7 @@ def _killed(task: Task, reason: str) -> Done:
 
 
 LINES = 8  #: workers that are shown
-LABEL = 36  #: characters that name a case
+LABEL, NAMED = 36, 110  #: characters that name a case at a bar, and in a file
 OFTEN = 0.5  #: s between looks at the workers
 STARTING = "starting"  #: what a worker is doing that has not told of a sample
 
@@ -384,7 +384,9 @@ class Watcher:
         if self.whole is not None:
             self.whole.done.add(task.case)
         why = row.get("reason", "") if failed else ""
-        self.last.append({"name": _label(task.factors), "state": row["status"], "reason": why, "seconds": seconds})
+        self.last.append(
+            {"name": _label(task.factors, NAMED), "state": row["status"], "reason": why, "seconds": seconds}
+        )
         self._tell()
 
     @property
@@ -433,7 +435,7 @@ class Watcher:
             self.file.tell(**self._content(left))
 
     def _content(self, left: float) -> dict[str, Any]:
-        doing = [{"name": _label(self.named[case].factors), **each} for case, each in self.doing.items()
+        doing = [{"name": _label(self.named[case].factors, NAMED), **each} for case, each in self.doing.items()
                  if case in self.named]  # fmt: skip
         content = {
             "done": self.count, "total": self.total, "failed": self.failed, "left": left,
@@ -463,12 +465,12 @@ class Watcher:
         return max(work + further * mean, 0.0) / max(at_a_time, 1e-9)
 
 
-def _label(factors: Mapping[str, Any]) -> str:
+def _label(factors: Mapping[str, Any], most: int = LABEL) -> str:
     """The factors of a case; the last of them where they are many, so that there is room for how far it is."""
     shown = {k: quantity_of(k).with_unit(v) if isinstance(v, float) else v for k, v in factors.items()}
     parts = [f"{name} = {level}" for name, level in shown.items()]
     words, first = ", ".join(parts), 0
-    while len(words) > LABEL and first < len(parts) - 1:
+    while len(words) > most and first < len(parts) - 1:
         first += 1
         words = f"... {', '.join(parts[first:])}"
-    return words if len(words) <= LABEL else f"{words[: LABEL - 3]}..."
+    return words if len(words) <= most else f"{words[: most - 3]}..."
