@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -22,6 +23,7 @@ from grainlaw.stage import Load, Stage
 from grainlaw.units import MPa
 
 PASSAGES, RIGID = 6, 2e-4  #: of a shear wave through the rock, in which the rim is let go; s where no waves run
+MOST = 20  #: times that, in which the rock must come to rest
 BESIDE = 10.0  #: degrees: how far from an axis the rim is taken for its end
 
 
@@ -62,7 +64,9 @@ class Excavation(LoadingProtocol):
         require_boundaries(specimen, "Excavation", self.opening)
         sides = [name for name in specimen.mesh.boundaries if name != self.opening]
         longest = float(np.ptp(specimen.mesh.nodes, axis=0).max())
-        release = self.release or PASSAGES * specimen.passage(longest) or RIGID
+        slowly = PASSAGES * specimen.passage(longest) or RIGID
+        release = self.release or slowly
+        limit = MOST * math.ceil(self.samples * max(1.0, slowly / release))
         stress, interval = (self.xx, self.yy, self.xy), release / self.samples
         rising = [Traction(boundary=name, stress=stress, ramp=release) for name in (*sides, self.opening)]
         far: list[Load] = [Traction(boundary=name, stress=stress) for name in sides]
@@ -72,11 +76,12 @@ class Excavation(LoadingProtocol):
         end = [AtRest(self.rest)]
         return [
             Stage(
-                name="stress", loads=rising, until=end, interval=interval, integrator=self.integrator, static=True
+                name="stress", loads=rising, until=end, interval=interval, integrator=self.integrator, static=True,
+                sample_limit=limit,
             ),
             Stage(
                 name="excavate", loads=[*far, rim], until=end, interval=interval, integrator=self.integrator,
-                expected=2 * self.samples,
+                expected=2 * self.samples, sample_limit=limit,
             ),
         ]  # fmt: skip
 

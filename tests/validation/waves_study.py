@@ -105,13 +105,13 @@ YOUNG, POISSON = ROCK.youngs_modulus, ROCK.poissons_ratio
 
 
 @cache
-def plate(share, refinement):
-    """A plate of ten diameters; grains at the rim of a ``share`` of the radius. Bonds add 0.5 % to its compliance."""
+def plate(share, refinement, diameters=10, seed=1):
+    """A plate of so many diameters; grains at the rim of a ``share`` of the radius. Bonds add 0.5 % of compliance."""
     angle = np.linspace(0, 2 * np.pi, 65)
     circle = RADIUS * np.column_stack([np.cos(angle), np.sin(angle)])
     size = Graded(place=circle, size=share * RADIUS, growth=0.3, largest=1.5 * RADIUS)
-    grains = Laguerre(grain_size=size, seed=1).tessellate(
-        plate_with_hole(20 * RADIUS, 20 * RADIUS, 2 * RADIUS, sides=64)
+    grains = Laguerre(grain_size=size, seed=seed).tessellate(
+        plate_with_hole(2 * diameters * RADIUS, 2 * diameters * RADIUS, 2 * RADIUS, sides=64)
     )
     stiffness = 200 * YOUNG / (share * RADIUS)
     return gl.Specimen(grains, ROCK, refinement=refinement), Linear(kn=stiffness, ks=stiffness)
@@ -178,6 +178,18 @@ def kirsch_row(share, refinement, released=False):
     return [str(specimen.grains.count), *cells, *(f"{a / b:.3f}" for a, b in zip(closed, closures(), strict=True))]
 
 
+def plate_row(diameters):
+    """Closures over Kirsch, with boundaries that are free under the stress, then held where they are."""
+    cells = []
+    for held in (False, True):
+        test = Excavation(xx=FAR_X, yy=FAR_Y, rest=1e-3, held=held)
+        runs = [gl.simulate(*plate(0.4, 0, diameters, seed), test, detection=None, frames=1) for seed in (1, 2, 3)]
+        for axis, whole in zip("xy", closures(), strict=True):
+            each = [run.summary[f"closure_{axis}"] / whole for run in runs]
+            cells.append(f"{np.mean(each):.2f} ({min(each):.2f} to {max(each):.2f})")
+    return cells
+
+
 KIRSCH = {
     "0.8": (0.8, 0), "0.4": (0.4, 0), "0.2": (0.2, 0), "0.4, zones cut into 4": (0.4, 1),
     "0.4, zones cut into 16": (0.4, 2), "0.4, let go slowly": (0.4, 0, True),
@@ -211,6 +223,14 @@ TABLES = [
         rows={name: partial(kirsch_row, *given) for name, given in KIRSCH.items()},
         firm=("closure along x / Kirsch", "along y / Kirsch"),
         checked=("0.4",),
+    ),
+    Table(
+        page=PAGE,
+        name="plates",
+        columns=("side / diameter", "free: along x", "free: along y", "held: along x", "held: along y"),
+        rows={str(diameters): partial(plate_row, diameters) for diameters in (4, 6, 10, 15)},
+        firm=("free: along x", "free: along y", "held: along x", "held: along y"),
+        checked=("4",),
     ),
 ]  # fmt: skip
 
