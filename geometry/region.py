@@ -123,7 +123,8 @@ def disc(diameter: float, *, loaded: float = 20.0, flat: bool = True, sides: int
 def plate_with_hole(width: float, height: float, diameter: float, *, sides: int = 32) -> Region:
     """Upright rectangle (m) about the origin with a circular hole in its middle, a polygon of so many ``sides``.
 
-    Boundaries bottom, right, top, left and hole. The area of the polygon is that of the circle. Raises
+    Boundaries bottom, right, top, left and hole. The area of the polygon is that of the circle. Each of its corners
+    cuts the grain beside it in two: sides as long as these grains give rounder ones, and a longer time step. Raises
     :class:`~grainlaw.fields.ParameterError`.
     """
     check_sizes("plate_with_hole", width=width, height=height)

@@ -13,7 +13,7 @@ from grainlaw.drawing.grains import FILLS
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import Linear
 from grainlaw.results.crack_pattern import FailurePlane, Rose
-from grainlaw.results.figures.fields import ONE_SIGN
+from grainlaw.results.figures.fields import BOTH_SIGNS, ONE_SIGN
 from grainlaw.results.fragments import Fragments
 from grainlaw.results.result import Cracks
 
@@ -150,6 +150,16 @@ def test_a_place_has_moved_as_the_node_nearest_to_it(made):
     ):
         with pytest.raises(gl.ParameterError, match=words):
             made.moved(**options)
+
+
+def test_limits_are_those_of_the_colours(made):
+    drawn = gl.plot_field(made, "stress_2", limits=(-80e6, 0)).axes[0].collections[0]
+    assert (drawn.get_clim(), drawn.get_cmap().name) == ((-80, 0), ONE_SIGN)
+    drawn = gl.plot_field(made, "stress_1", limits=(-10e6, 5e6)).axes[0].collections[0]
+    assert (drawn.get_clim(), drawn.get_cmap().name) == ((-10, 5), BOTH_SIGNS)
+    for wrong in ((0, -1e6), 5, (1,)):
+        with pytest.raises(gl.ParameterError, match="plot_field: limits = "):
+            gl.plot_field(made, "stress_2", limits=wrong)
 
 
 def test_a_field_is_drawn_on_the_axes_given(made):

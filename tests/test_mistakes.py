@@ -182,6 +182,10 @@ REFUSED = {
         lambda folder: compress(folder, "--set", "rock.tensile_strength=13 MPa"),
         "there is no 'rock.tensile_strength' .rock has: youngs_modulus",
     ),
+    "a table for a region": (
+        lambda folder: compress(folder, "--set", 'sample.region={type="polygon"}'),
+        r"sample.region = .* is not allowed, it must be a name; what it needs are keys of .sample., beside it",
+    ),
     "a folder that is a file": (taken, "cannot write to the folder '.*taken'"),
     "a study without levels": (lambda folder: study(folder, '"sample.seed" = []'), "sample.seed has no levels"),
     "a factor without its table": (lambda folder: study(folder, "seed = [1]"), "vary: .*seed"),

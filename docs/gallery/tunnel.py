@@ -17,7 +17,7 @@ radius = 10 * mm
 angle = np.linspace(0, 2 * np.pi, 65)
 rim = radius * np.column_stack([np.cos(angle), np.sin(angle)])
 fine_at_rim = Graded(place=rim, size=0.4 * radius, growth=0.3, largest=1.5 * radius)
-region = plate_with_hole(20 * radius, 20 * radius, 2 * radius, sides=64)
+region = plate_with_hole(20 * radius, 20 * radius, 2 * radius, sides=24)
 elastic = gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=3100)
 rock = gl.Specimen(Laguerre(grain_size=fine_at_rim, seed=1).tessellate(region), elastic)
 law = Linear(kn=3e15, ks=3e15)

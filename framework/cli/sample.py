@@ -180,6 +180,8 @@ def _contact_points(given: Mapping[str, Any]) -> ContactPoints:
 
 
 def _named(name: Any, known: Mapping[str, Any], where: str) -> str:
+    if isinstance(name, Mapping):
+        raise refusal(where, dict(name), "a name; what it needs are keys of [sample], beside it")
     key = str(name).lower().replace("_", "-")
     if key not in known:
         raise ParameterError(

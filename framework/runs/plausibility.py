@@ -21,7 +21,7 @@ CONTACTS = (1e-2, 1e4)  #: usual stiffness of contacts times the grain size, ove
 OPENING = 0.1  #: of the grain size: the most that a contact usually opens before it breaks
 FELT = 10  #: times what rounding of positions makes of stresses at contacts: least load that comes to rest
 LOADED = (2e-8, 0.05)  #: of the modulus: usual pressures and stresses on boundaries
-THIN = 0.05  #: of the step that most zones allow: one place of the grains makes a run twenty times as long
+THIN = 0.02  #: of the step that most zones allow: one place of the grains makes a run fifty times as long
 SPEED = 0.02  #: of the speed of waves: the fastest usual loading
 
 

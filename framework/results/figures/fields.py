@@ -13,6 +13,7 @@ from grainlaw.arguments import checked
 from grainlaw.columns import quantity_of
 from grainlaw.drawing.figure import Figure, LengthUnit, given_or_new, to_scale
 from grainlaw.drawing.palette import BLACK, VERMILLION
+from grainlaw.fields import checked_vector
 from grainlaw.messages import refusal
 from grainlaw.quantity import Quantity
 from grainlaw.results.figures.cracks import count_below, draw_deformed, how_far, round_below, unit_of
@@ -32,7 +33,7 @@ NODAL = tuple(name + end for name in OF_NODES for end in ("", "_x", "_y"))
 @checked
 def plot_field(
     result: Result, field: str, *, frame: int = -1, since: str | None = None, vectors: bool = False,
-    phases: bool = False, ax: Any = None,
+    phases: bool = False, limits: tuple[float, float] | None = None, ax: Any = None,
 ) -> Figure:  # fmt: skip
     """Draw a field in colours on the deformed specimen, at one frame, counted from the end if negative.
 
@@ -44,7 +45,8 @@ def plot_field(
     ``since`` names a stage: displacements, stresses and rotations count from the last frame before it; principal
     stresses are then those of the change. ``vectors`` adds arrows of the displacement or the velocity, or crosses along
     the principal stresses, orange where they pull and black where they press. ``phases`` shows where minerals meet, and
-    under contact points the minerals. Draws into the axes ``ax`` of matplotlib, if they are given. Returns the figure.
+    under contact points the minerals. ``limits`` are the ends of the colours (SI), so that pictures can be compared.
+    Draws into the axes ``ax`` of matplotlib, if they are given. Returns the figure.
     Raises ParameterError.
     """
     moment = result.frame("plot_field", frame)
@@ -72,6 +74,9 @@ def plot_field(
     else:
         values = moment.zones[field] if field in moment.zones else _of_grains(result, field, displacement, stress)
         drawn = _draw_zones(axes, result, moment, unit, values * look.factor, phases)
+    if limits is not None:
+        low, high = _ends(limits)
+        drawn.set(cmap=BOTH_SIGNS if low < 0 < high else ONE_SIGN, clim=(low * look.factor, high * look.factor))
     if vectors and field in NODAL:
         _arrows(axes, result, moment, unit, moving, look)
     elif vectors:
@@ -81,6 +86,13 @@ def plot_field(
     figure.colorbar(drawn, ax=axes, label=attrs.evolve(look, words=words).heading, shrink=0.7)
     axes.set_title(", ".join(filter(None, (moment.stage, how_far(result, frame)))))
     return figure
+
+
+def _ends(limits: Any) -> tuple[float, float]:
+    low, high = checked_vector("plot_field: limits", limits, "SI", ("low", "high"))
+    if not low < high:
+        raise refusal("plot_field: limits", limits, "two numbers, the lower one first")
+    return low, high
 
 
 def _quantity(field: str) -> Quantity:
