@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from grainlaw.columns import IMBALANCE, STABILITY, STAGE, STORED, STRAIN, STRESS, VIBRATION, energy
+from grainlaw.arguments import checked
+from grainlaw.columns import IMBALANCE, STABILITY, STAGE, STORED, STRAIN, STRESS, VIBRATION, energy, require
 from grainlaw.conditions import Curves
 from grainlaw.engine.state import State
 from grainlaw.gauges import ends, has_platens
@@ -17,6 +18,7 @@ from grainlaw.specimen import Specimen
 from grainlaw.strength import Borne, borne, strength_of
 from grainlaw.window import within_rectangle
 
+CERTIFIED = (VIBRATION, IMBALANCE, STABILITY)  #: columns that the certificate reads, beside energies
 FEWEST = 3  #: samples of a rising load by which a certificate can be judged
 
 
@@ -73,6 +75,7 @@ def failure_of(curves: Curves, load: str = STRESS, deformation: str = STRAIN) ->
     return borne(curves[load], curves[deformation], curves[STAGE])
 
 
+@checked
 def failure_summary(
     curves: Curves, load: str, deformation: str, at_failure: Mapping[str, str], **more: Any
 ) -> dict[str, Any]:
@@ -80,8 +83,9 @@ def failure_summary(
 
     For the ``summary`` of a test: ``failure_summary(curves, "stress", "strain", {"failure_strain": "strain"})``.
     ``more`` stands before the certificate, which knows an imbalance only in stages with a ``loading``. The strength is
-    nan where nothing has failed (docs/strength.md).
+    nan where nothing has failed (docs/strength.md). Raises :class:`ParameterError` for columns that are not there.
     """
+    require("failure_summary", curves, load, deformation, *at_failure.values(), STAGE, *CERTIFIED)
     found = failure_of(curves, load, deformation)
     strength, largest = strength_of(found, curves[load])
     return {

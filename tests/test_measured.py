@@ -322,13 +322,16 @@ def ours():
 def test_a_measured_curve_is_drawn_beside_ours_in_the_same_units(ours, tmp_path):
     curve = gl.read_curve(write(tmp_path / "lab.csv", ["strain (%);stress (kPa)"], [AXIAL * 100, STRESS / 1e3]))
     axes = gl.plot_curves(ours, measured=curve).axes[0]
-    assert [line.get_label() for line in axes.lines] == ["MohrCoulomb", "lab.csv"]
-    assert axes.lines[1].get_xdata() == pytest.approx(AXIAL * 100)
-    assert axes.lines[1].get_ydata() == pytest.approx(STRESS / 1e6)
+    mark = next(line for line in axes.lines if line.get_marker() == "o" and line.get_fillstyle() == "full")
+    assert mark.get_ydata() == pytest.approx(ours.summary["strength"] / 1e6)
+    drawn = [line for line in axes.lines if line.get_marker() != "o"]
+    assert [line.get_label() for line in drawn] == ["MohrCoulomb", "lab.csv"]
+    assert drawn[1].get_xdata() == pytest.approx(AXIAL * 100)
+    assert drawn[1].get_ydata() == pytest.approx(STRESS / 1e6)
     assert axes.get_legend() is not None
     several = gl.plot_curves(ours, measured=[curve, curve]).axes[0]
-    assert [line.get_label() for line in several.lines[1:]] == ["lab.csv", "lab.csv (2)"]
-    assert gl.plot_curves(ours, measured={"core 3": curve}).axes[0].lines[1].get_label() == "core 3"
+    assert [line.get_label() for line in several.lines if line.get_marker() != "o"][1:] == ["lab.csv", "lab.csv (2)"]
+    assert gl.plot_curves(ours, measured={"core 3": curve}).axes[0].lines[-1].get_label() == "core 3"
     with pytest.raises(gl.ParameterError, match="measured = 3 is not allowed, it must be a curve of read_curve"):
         gl.plot_curves(ours, measured=3)
     with pytest.raises(gl.ParameterError, match="plot_curves needs the column energy_kinetic"):

@@ -190,8 +190,8 @@ def plot_curves(
 
     Without names: the usual picture of the test, as it declares it. ``results`` are as for :func:`side_by_side`, or one
     result. ``measured`` are curves of a laboratory, drawn beside them in black: one :class:`MeasuredCurve`, a list, or
-    several by name. Draws into the axes ``ax`` of matplotlib, if they are given. Returns the figure. Raises
-    ParameterError for a column that was not recorded.
+    several by name. A full mark is at the strength, an open one at a larger load. Draws into the axes ``ax`` of
+    matplotlib, if they are given. Returns the figure. Raises ParameterError for a column that was not recorded.
     """
     results = named_results("plot_curves", results)
     first = next(iter(results.values()))
@@ -209,6 +209,7 @@ def plot_curves(
     for k, (name, result) in enumerate(results.items()):
         look: dict[str, Any] = {"color": color(k), "linestyle": style(k)}
         axes.plot(result.shown(across), result.shown(up), label=name, linewidth=1.5, **look)
+        _mark_strength(axes, across, up, result, look["color"])
     for k, (name, curve) in enumerate(beside.items()):  # in the units of ours
         x_shown, y_shown = (curve.curves[column] * result.quantity(column).factor for column in (across, up))
         axes.plot(x_shown, y_shown, label=name, linewidth=1.0, color=BLACK, linestyle=style(k))
@@ -302,7 +303,7 @@ def _draw(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> None:
                 look = {"color": color(k), "marker": marker(k), "markevery": EVERY, "markersize": 4}
             x, y = map(result.shown, (panel.over, column))
             axes.plot(x, y, linestyle=style(j), linewidth=1.3, label=label or None, **look)
-            _mark_strength(axes, panel, column, result, look["color"])
+            _mark_strength(axes, panel.over, column, result, look["color"])
     label_panel(axes, panel, result)
     axes.xaxis.set_major_locator(MaxNLocator(5))
     if set(panel.columns) <= set(OF_MODE):
@@ -313,13 +314,13 @@ def _draw(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> None:
         axes.legend(frameon=False, fontsize="small", loc="upper left" if cut else "best")
 
 
-def _mark_strength(axes: Axes, panel: Panel, column: str, result: Result, paint: Any) -> None:
+def _mark_strength(axes: Axes, over: str, column: str, result: Result, paint: Any) -> None:
     """A full mark at the first failure, an open one at a largest load above it."""
-    found = borne_in(result.curves) if (column, panel.over) in LOADS else None
+    found = borne_in(result.curves) if (column, over) in LOADS else None
     if found is None or not found.failed or is_whole(result):
         return
     for at, filling in ((found.at, "full"), (found.largest, "none")):
-        x, y = (result.shown(name)[at] for name in (panel.over, column))
+        x, y = (result.shown(name)[at] for name in (over, column))
         axes.plot(x, y, "o", color=paint, fillstyle=filling, markersize=6)
 
 
