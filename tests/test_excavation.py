@@ -154,3 +154,15 @@ def test_boundaries_that_are_held_let_the_rim_move_less(fine):
 def test_boundaries_that_are_held_keep_the_rock_in_its_place():
     """Where nothing is held, local damping moves a stiff one as a whole by a seventh of what the rim moves."""
     assert rim_over_kirsch(0.4, stiffer=10, held=True)[0] < 0.02
+
+
+def test_no_place_in_a_wide_opening_has_moved():
+    """Graded grains: those far away are wider than the opening, the zones of its rim are not."""
+    angle = np.linspace(0, 2 * np.pi, 65)
+    rim = 0.01 * np.column_stack([np.cos(angle), np.sin(angle)])
+    size = Graded(place=rim, size=2e-3, growth=0.5, largest=0.02)
+    plate = gl.Specimen(Laguerre(grain_size=size, seed=1).tessellate(plate_with_hole(0.1, 0.1, 0.02)), ROCK)
+    result = gl.simulate(plate, STIFF, Excavation(release=1e-6, rest=1.0, samples=10), frames=1, progress=False)
+    assert np.isfinite(result.moved((0.0, 0.0101))).all()
+    with pytest.raises(gl.ParameterError, match="moved: place = "):
+        result.moved((0.0, 0.0))

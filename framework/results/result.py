@@ -203,13 +203,14 @@ class Result(metaclass=Checked):
         """(2,) m: displacement at a frame of the node that is nearest to a ``place`` (x, y) m before the test.
 
         ``since`` names a stage, from whose beginning it counts. Raises ParameterError for a place outside the specimen
-        (farther from a node than the longest side of a zone), a frame or a stage that is not there.
+        (farther from a node than the sides of its zones are long), a frame or a stage that is not there.
         """
         moment, begin = self.frame("moved", frame), self.frame_before("moved", since)
         nodes = self.mesh.nodes
         away = np.hypot(*(nodes - checked_vector("moved: place", place)).T)
         node = int(np.argmin(away))
-        sides = nodes[self.mesh.zones] - nodes[np.roll(self.mesh.zones, 1, axis=1)]
+        at = self.mesh.zones[(self.mesh.zones == node).any(axis=1)]
+        sides = nodes[at] - nodes[np.roll(at, 1, axis=1)]
         if away[node] > np.hypot(sides[..., 0], sides[..., 1]).max():
             low, high = nodes.min(axis=0), nodes.max(axis=0)
             raise refusal(
