@@ -179,6 +179,8 @@ def test_a_tunnel_of_metres_has_metres_and_millimetres():
     figure = gl.plot_field(attrs.evolve(whole, frames=[frame]), "displacement_x")
     values, words = shown(figure)
     assert (values == pytest.approx(2.0), words) == (True, "displacement along x (mm)")
+    of_contacts = gl.plot_field(attrs.evolve(whole, frames=[frame]), "opening")
+    assert of_contacts.axes[1].get_ylabel().endswith("(µm)")  # which has not moved by millimetres
     axes = figure.axes[0]
     assert axes.get_ylabel() == "y (m)"
     assert axes.dataLim.height == pytest.approx(12, rel=0.01)

@@ -63,7 +63,7 @@ def plot_field(
     displacement = moment.displacement - (begin.displacement if begin else 0.0)
     stress = moment.stress - (begin.stress if begin else 0.0)
     moving = moment.velocity if field.startswith("velocity") else displacement
-    if look.unit == "µm" and np.abs(moving).max(initial=0.0) >= MANY:
+    if field in NODAL and look.unit == "µm" and np.abs(moving).max(initial=0.0) >= MANY:
         look = attrs.evolve(look, unit="mm", factor=1e3)
     if field in NODAL:
         drawn = _draw_nodes(axes, result, moment, unit, _part(field, moving) * look.factor, phases)
