@@ -16,6 +16,7 @@ from grainlaw.tessellation import Tessellation
 
 Names = tuple[str, ...]
 TIED = -1  #: instead of the kind of an edge
+ENDLESS = 1e-6  #: of the step that most nodes allow: no run would end
 
 
 @attrs.frozen(eq=False)
@@ -95,28 +96,23 @@ class Mesh:
         """(c, 2) m, from the first end to the second."""
         return self.nodes[self.interfaces[:, 1]] - self.nodes[self.interfaces[:, 0]]
 
+    @cached_property
+    def worst_step(self) -> tuple[float, int]:
+        """Lowest root of mass over stiffness of a node, for density and modulus 1, over the median; and its cell."""
+        corners, areas = self.nodes[self.zones], self.zone_areas
+        opposite = np.roll(corners, -1, axis=1) - np.roll(corners, 1, axis=1)
+        with np.errstate(divide="ignore", over="ignore"):
+            stiffness = np.bincount(self.zones.ravel(), ((opposite**2).sum(axis=2) / (4 * areas[:, None])).ravel())
+        mass = np.bincount(self.zones.ravel(), np.repeat(areas / 3, 3))
+        step = np.sqrt(mass / stiffness)
+        return float(step.min() / np.median(step)), int(self.node_grain[step.argmin()])
 
-ENDLESS = 1e-6  #: of the step that most nodes allow: no run would end
-
-
-def worst_step(mesh: Mesh) -> tuple[float, int]:
-    """Lowest root of mass over stiffness of a node, for density and modulus 1, over the median; and its cell."""
-    corners, areas = mesh.nodes[mesh.zones], mesh.zone_areas
-    opposite = np.roll(corners, -1, axis=1) - np.roll(corners, 1, axis=1)
-    with np.errstate(divide="ignore", over="ignore"):
-        stiffness = np.bincount(mesh.zones.ravel(), ((opposite**2).sum(axis=2) / (4 * areas[:, None])).ravel())
-    mass = np.bincount(mesh.zones.ravel(), np.repeat(areas / 3, 3))
-    step = np.sqrt(mass / stiffness)
-    return float(step.min() / np.median(step)), int(mesh.node_grain[step.argmin()])
-
-
-def checked_step(where: str, mesh: Mesh) -> tuple[float, int]:
-    """The same; raises ParameterError where it is below a millionth, as of a cell that rounding has left."""
-    ratio, cell = worst_step(mesh)
-    if ratio < ENDLESS:
-        x, y = mesh.nodes[mesh.node_grain == cell].mean(axis=0)
-        raise ParameterError(f"{where}: cell {cell} at ({x:.6g}, {y:.6g}) m is so thin that it has next to no area")
-    return ratio, cell
+    def check_areas(self, where: str) -> None:
+        """Raise ParameterError where the worst step is below a millionth, as of a cell that rounding has left."""
+        ratio, cell = self.worst_step
+        if ratio < ENDLESS:
+            x, y = self.nodes[self.node_grain == cell].mean(axis=0)
+            raise ParameterError(f"{where}: cell {cell} at ({x:.6g}, {y:.6g}) m is so thin that it has next to no area")
 
 
 def build_mesh(grains: Tessellation, refinement: int = 0, tied: np.ndarray | None = None, slits: Names = ()) -> Mesh:

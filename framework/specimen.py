@@ -15,7 +15,7 @@ from grainlaw.edge_keys import check_keys, check_known, keys_of, words_of
 from grainlaw.fields import ParameterError, parameter, part, whole_number
 from grainlaw.material import Elastic, Material, Rigid, knows_temperature, stiffness_of
 from grainlaw.memory import ROOM
-from grainlaw.mesh import Mesh, build_mesh, checked_step
+from grainlaw.mesh import Mesh, build_mesh
 from grainlaw.messages import refusal, short
 from grainlaw.short_form import in_one_line
 from grainlaw.tessellation import Tessellation
@@ -171,7 +171,7 @@ class Specimen(metaclass=Checked):
             pairs = np.stack([edges.left, edges.right], axis=1)
             tied = keys_of(self.grains, self.tied, pairs, edges.kind) >= 0
         mesh = build_mesh(self.grains, self.refinement, tied, self.slits)
-        checked_step("Specimen", mesh)
+        mesh.check_areas("Specimen")
         return mesh
 
     def _entry(self, phase: int) -> Material | None:

@@ -14,7 +14,7 @@ from grainlaw.geometry.cells.area_cells import circularities
 from grainlaw.geometry.cells.dealing import expected_share, like_share, shuffled_share
 from grainlaw.geometry.minerals import Minerals
 from grainlaw.geometry.sizes import SAMPLE, ByPhase, Sizes
-from grainlaw.mesh import build_mesh, worst_step
+from grainlaw.mesh import build_mesh
 from grainlaw.quantity import aligned
 from grainlaw.tessellation import Tessellation, Tessellator
 
@@ -128,7 +128,7 @@ def texture(grains: Tessellation, asked: Tessellator | None = None) -> Texture:
     average = expected_share(phase) if _is_dealt(asked) else shuffled_share(phase, pairs, lengths)
     along = (grains.vertices[edges.end] - grains.vertices[edges.start])[between]
     rose, anisotropy, direction = _directions(along)
-    step_ratio, step_grain = worst_step(build_mesh(grains))
+    step_ratio, step_grain = build_mesh(grains).worst_step
     diameters, names = 2 * np.sqrt(areas / np.pi), {k: grains.phase_name(k) for k in np.unique(phase).tolist()}
     parts = np.bincount(grains.phase, grains.areas) / areas.sum()
     return Texture(

@@ -345,7 +345,8 @@ class FirstLook(metaclass=Checked):
     @property
     def meets_moduli(self) -> bool:
         """Whether a test of the best parameters gives the elastic targets to 1 %."""
-        return all(abs(self.moduli[name] / target.value - 1) <= WITHIN for name, target in self.elastic.items())
+        found = self.moduli
+        return all(abs(found[name] / target.value - 1) <= WITHIN for name, target in self.elastic.items())
 
     def stiffened(self, stiffness: Stiffness) -> FirstLook:
         """The same parameters between contacts and grains of this stiffness."""
@@ -390,13 +391,11 @@ class FirstLook(metaclass=Checked):
             low, high = (rounded(value, free.unit) for value in self.posterior.interval(k))
             rows.append([free.name, rounded(self.best[free.name], free.unit), f"{low} to {high}"])
         told = [["expected in the mean", "target", "of the best", "95 %"]]
-        for name, target in self.elastic.items():
-            text, (least, most) = AIMS[name].shown.text, self.match.ends_of(name, self.moduli[name])
-            told.append([AIMS[name].shown.heading, text(target.value), text(self.moduli[name]),
-                         f"{text(least)} to {text(most)}"])  # fmt: skip
-        for name, (value, least, most) in self.expected.items():
+        targets, moduli = {**self.elastic, **self.match.targets}, self.moduli
+        elastic = {name: (moduli[name], *self.match.ends_of(name, moduli[name])) for name in self.elastic}
+        for name, (value, least, most) in {**elastic, **self.expected}.items():
             text = AIMS[name].shown.text
-            told.append([AIMS[name].shown.heading, text(self.match.targets[name].value), text(value),
+            told.append([AIMS[name].shown.heading, text(targets[name].value), text(value),
                          f"{text(least)} to {text(most)}"])  # fmt: skip
         parts = [aligned(rows, rule=True), aligned(told, rule=True)]
         return "\n\n".join([self.stiffness.in_words, *parts] if self.stiffness else parts)

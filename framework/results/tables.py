@@ -128,11 +128,11 @@ def latex_lines(lines: Sequence[Sequence[str]]) -> str:
     if not lines:
         return latex_table([], [], "")
     heads, *rows = lines
-    cells = [[_latex_heading(first), *map(latex, others)] for first, *others in rows]
-    return latex_table([*map(_latex_heading, heads)], cells, "l" + "r" * (len(heads) - 1))
+    cells = [[latex_heading(first), *map(latex, others)] for first, *others in rows]
+    return latex_table([*map(latex_heading, heads)], cells, "l" + "r" * (len(heads) - 1))
 
 
-def _latex_heading(text: str) -> str:
+def latex_heading(text: str) -> str:
     """Words with their unit in brackets."""
     words, bracket, unit = text.removesuffix(")").rpartition(" (")
     return f"{latex(words)} ({latex_unit(unit)})" if bracket and text.endswith(")") else latex(text)

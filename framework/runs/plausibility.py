@@ -14,7 +14,6 @@ from grainlaw.fields import ParameterError, UnitWarning
 from grainlaw.loading import Constant
 from grainlaw.loads import Conduction, Drive, FluidPressure, Heat, Hold, Pressure, Traction
 from grainlaw.material import Rigid
-from grainlaw.mesh import worst_step
 from grainlaw.stage import Stage
 
 CONTACTS = (1e-2, 1e4)  #: usual stiffness of contacts times the grain size, over that of the grains
@@ -31,11 +30,11 @@ def warn_of_scales(model: Model, stages: Sequence[Stage]) -> None:
         warnings.warn(UnitWarning(words), stacklevel=4)
 
 
-def warn_of_slivers(model: Model) -> None:
+def warn_of_thin_cell(model: Model) -> None:
     """Warn of a place of the grains that alone makes a run take many times as many steps."""
     if isinstance(model.specimen.material, Rigid):
         return
-    ratio, cell = worst_step(model.specimen.mesh)
+    ratio, cell = model.specimen.mesh.worst_step
     if ratio < THIN:
         x, y = model.specimen.grains.centroids[cell]
         warnings.warn(

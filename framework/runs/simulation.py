@@ -37,7 +37,7 @@ from grainlaw.runs.plausibility import (
     refuse_lost_pressures,
     warn_of_free,
     warn_of_scales,
-    warn_of_slivers,
+    warn_of_thin_cell,
 )
 from grainlaw.runs.progress import RunBar, RunFile, Shown, shown_in
 from grainlaw.runs.progress_file import PROGRESS, ProgressFile
@@ -181,5 +181,5 @@ def begun(
     refuse_heat_after_conduction(stages)
     warn_of_scales(model, stages)
     warn_of_free(stages)
-    warn_of_slivers(model)
+    warn_of_thin_cell(model)
     return state, stages

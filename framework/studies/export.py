@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from grainlaw.fields import ParameterError
 from grainlaw.quantity import Quantity, aligned
 from grainlaw.results.files import write_atomically
-from grainlaw.results.tables import data_frame, latex, latex_table, latex_unit, plain
+from grainlaw.results.tables import data_frame, latex, latex_heading, latex_table, plain
 from grainlaw.short_form import html_table
 from grainlaw.studies.statistics import label, level
 
@@ -71,7 +71,7 @@ def to_latex(table: Table) -> str:
     """All rows as a table for a paper (LaTeX, package booktabs): factors, and the main quantities with three digits."""
     names = [*table.factors, *table.main]
     looks = [table.quantity(name).brief for name in names]
-    heads = [latex(look.words) + (f" ({latex_unit(look.unit_shown)})" if look.unit_shown else "") for look in looks]
+    heads = [latex_heading(look.heading) for look in looks]
 
     def cell(name: str, look: Quantity, value: Any) -> str:
         return latex(level(name, value) if name in table.factors else look.text(value))

@@ -8,7 +8,7 @@ from grainlaw.geometry.cells.any_voronoi import NEAR
 from grainlaw.geometry.cells.joining import tiling_of
 from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.sides import region_sides
-from grainlaw.mesh import build_mesh, checked_step
+from grainlaw.mesh import build_mesh
 from grainlaw.tessellation import Tessellation
 
 FLATTEST = 1e-7  #: sine of the smallest turn: drawn slivers are far thinner than those that tessellators leave
@@ -31,7 +31,9 @@ def warn_of_slivers(where: str, grains: Tessellation) -> None:
 
     Raises ParameterError where it costs more than a million times as many: no run would end.
     """
-    ratio, cell = checked_step(where, build_mesh(grains))
+    mesh = build_mesh(grains)
+    mesh.check_areas(where)
+    ratio, cell = mesh.worst_step
     if ratio < COSTLY:
         edges = grains.edges
         shortest = edges.length[(edges.left == cell) | (edges.right == cell)].min()
