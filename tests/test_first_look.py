@@ -178,7 +178,27 @@ def test_a_test_is_as_soft_as_cracks_make_it():
     found = made.moduli(np.array([10 * MPa, 30 * MPa, 10.0]), 50 * GPa, 0.2)
     assert found == {"youngs_modulus": 50 * GPa, "poissons_ratio": 0.2}
     unsure = match({"ucs": 1e8}, error=0.02).moduli(np.array([10 * MPa, 30 * MPa, 60.0]), 50 * GPa, 0.2)
-    assert unsure == pytest.approx({"youngs_modulus": 50 * GPa * math.exp(-0.2), "poissons_ratio": 0.2})
+    softer, wider = 0.2 / (1 + 0.1**2), 0.03 / (1 + (2 / 3) ** 2)  # nearer to 0, the nearer to the error
+    assert unsure == pytest.approx({"youngs_modulus": 50 * GPa * math.exp(-softer), "poissons_ratio": 0.2 + wider})
+
+
+def test_a_modulus_is_met_where_the_emulator_is_as_unsure_as_far_off(monkeypatch):
+    """Contacts 3 % stiffer crack less by 0.9 %, across twice the error; what is below it once counted as nothing."""
+    emulator = coulomb(0.01)
+    softening = attrs.evolve(linear(("stiffness",), constant=-0.19, stiffness=0.9), error=0.01)
+    emulator = attrs.evolve(emulator, fits={**emulator.fits, "modulus": softening})
+    monkeypatch.setattr(module, "shipped", lambda: emulator)
+    targets = gl.Targets(ucs=100 * MPa, youngs_modulus=45 * GPa)
+    space = space_of(LAW, {"friction_angle": (30, 70)}, {}, {})
+
+    def statics(aims):
+        kn = 2e3 * aims["youngs_modulus"]
+        return Stiffness(
+            parameters={"kn": kn, "ks": kn / 2}, grains=1.0, modulus=aims["youngs_modulus"], poisson=0.2, solutions=1
+        )
+
+    found = expected_stiffness(space, targets, {"prism": specimen()}, statics, 0)
+    assert found.tested["youngs_modulus"] == pytest.approx(45 * GPa, rel=0.01)
 
 
 def test_statics_aim_beside_the_targets_by_as_much_as_the_test_is_expected_to_differ(monkeypatch):

@@ -215,15 +215,13 @@ class FirstMatch:
     def moduli(self, point: np.ndarray, youngs_modulus: float, poissons_ratio: float) -> dict[str, float]:
         """Modulus (Pa) and Poisson's ratio that a test of a point (d,) gives where statics give these.
 
-        What is less than twice the emulator's error is none: in most rocks nothing cracks so early.
+        What the emulator says is taken as much less as it is within its error: in most rocks nothing cracks so early.
         """
         inputs, _ = self.inputs(point[None])
         given = {**inputs, **self._size("prism", 1)}
-        modulus, poisson = (float(self.emulator(name, given)[0]) for name in MODULI)
-        least, most = (2 * self.emulator.fits[name].error for name in MODULI)
-        softer = math.exp(modulus) if modulus < -least else 1.0  # cracks never make it stiffer
-        wider = poisson if poisson > most else 0.0
-        return {"youngs_modulus": youngs_modulus * softer, "poissons_ratio": poissons_ratio + wider}
+        softer, wider = (_beyond(float(self.emulator(name, given)[0]), self.emulator.fits[name].error, sign)
+                         for name, sign in zip(MODULI, (-1, 1), strict=True))  # fmt: skip
+        return {"youngs_modulus": youngs_modulus * math.exp(softer), "poissons_ratio": poissons_ratio + wider}
 
     def ends_of(self, name: str, value: float) -> tuple[float, float]:
         """Between which ends a modulus (Pa) or Poisson's ratio lies with 95 %, by the emulator's error."""
@@ -287,6 +285,15 @@ class FirstMatch:
     def log_likelihood(self, points: np.ndarray) -> np.ndarray:
         """(n,) of the targets, normal; none where the emulator knows nothing."""
         return np.where(self.known(points), normal_likelihood(*self._off(points)), -np.inf)
+
+
+def _beyond(said: float, error: float, sign: int) -> float:
+    """What an emulator with this error says, nearer to 0 the nearer it is: cracks move a modulus to one side only.
+
+    A jump instead of this (0 below two errors) leaves a search for a stiffness on one side of its target. Of the
+    thousand rocks those near 0 are met better by it than by the jump, by a tenth (rms).
+    """
+    return said**3 / (said**2 + error**2) if sign * said > 0 else 0.0
 
 
 # --- the answer -------------------------------------------------------------------------------------------------------
