@@ -16,6 +16,7 @@ from grainlaw.cli.rock_file import _laws
 from grainlaw.cli.sections import read_file
 from grainlaw.geometry import rectangle
 from grainlaw.laws import Linear, MohrCoulomb
+from grainlaw.units import mm
 
 ROCKS = Path(__file__).parents[1] / "docs" / "examples" / "rocks"
 GRANITE = ROCKS / "lac-du-bonnet-granite.toml"
@@ -164,6 +165,28 @@ def test_a_rock_by_name_has_the_grains_of_its_paper(name):
     assert specimen.grains.count == count
     assert np.subtract(high, low) == pytest.approx(size)
     assert specimen.cite == gl.rocks[name].cite
+
+
+def test_a_rock_by_the_number_of_its_grains_has_them_as_large_in_other_regions(tmp_path):
+    """60 of 4 mm in a prism; a disc and a region of one's own have such grains, the prism itself the same."""
+    file = tmp_path / "counted.toml"
+    file.write_text(f"""
+        [sample]
+        region = "rectangle"
+        width = "20 mm"
+        height = "48 mm"
+        tessellator = "voronoi"
+        grains = 60
+        {OWN[OWN.index("[rock]") : OWN.index("[rocks]")]}
+        {OWN[OWN.index("[law]") : OWN.index("[laws]")]}""")
+    rock = gl.rocks[str(file)]
+    assert rock.specimen().grains.count == 60
+    disc = configured("brazilian", {"rock": {"type": str(file)}}).specimen
+    wide = rock.specimen(rectangle(40 * mm, 96 * mm))
+    for specimen in (disc, wide):
+        assert specimen.grains.count == round(specimen.grains.region.area / (4 * mm) ** 2)
+    assert configured(UCS, {"rock": {"type": str(file)}, "sample": {"grains": 30}}).specimen.grains.count == 30
+    assert repr(rock) == f"{file}: cohesive-crack contacts, elastic grains of 4 mm"
 
 
 def test_what_the_command_line_takes_without_a_rock_is_the_printed_one():

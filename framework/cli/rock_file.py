@@ -12,6 +12,7 @@ import attrs
 from grainlaw.cli.components import choices, own, refuse_unknown, shared
 from grainlaw.cli.default_rock import FOLDER, LAWS, NAMES, SUFFIX
 from grainlaw.cli.minerals import KEYS
+from grainlaw.cli.sample import with_size
 from grainlaw.cli.sections import Sections, checked_sections, read_tables
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError
@@ -46,6 +47,8 @@ def rock_file(name: str) -> RockFile:
     if not isinstance(about, str):
         raise refusal(f"{file}: about", about, "a text")
     sections = checked_sections(tables, file)
+    if "sample" in sections:
+        sections["sample"] = with_size(sections["sample"])
     if sections.get("law") and "type" not in sections["law"]:
         raise ParameterError(f"{file}: law.type is missing: the name of the law that has these parameters")
     if is_rock(sections.get("rock", {}).get("type")):

@@ -15,9 +15,10 @@ from grainlaw.fields import ParameterError
 from grainlaw.material import Material, Rigid
 from grainlaw.messages import nearest, short
 from grainlaw.region import Region
-from grainlaw.short_form import html_table
+from grainlaw.short_form import html_table, rounded
 from grainlaw.specimen import Specimen
 from grainlaw.tessellation import Tessellator
+from grainlaw.unit_text import quantity
 
 
 @attrs.frozen(eq=False, repr=False)
@@ -77,7 +78,18 @@ class Rock:
         return composed(over_rock(self.file, {**empty, "sample": sample}, usual, False), usual)
 
     def __repr__(self) -> str:
-        return f"{self.file.name}: {self.about}"
+        return f"{self.file.name}: {self.about or self._in_words}"
+
+    @property
+    def _in_words(self) -> str:
+        """What the file says of contacts and grains, where it has no sentence about them."""
+        sections = self.file.sections
+        law, rock = (sections.get(name, {}).get("type", "") for name in ("law", "rock"))
+        size = sections.get("sample", {}).get("grain_size")
+        grains = f"{rock} grains" if rock else "grains"
+        if isinstance(size, str):
+            grains += f" of {rounded(quantity(size, 'm', 'sample.grain_size'), 'm')}"
+        return f"{law} contacts, {grains}" if law else grains
 
 
 class Rocks(Mapping[str, Rock]):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -130,6 +131,22 @@ def sample(default: Mapping[str, Any], given: Mapping[str, Any]) -> Sample:
         **_entries(given),
     }
     return Sample(section, lambda: whole.tessellate(region), points, whole, _edges(given))
+
+
+def with_size(given: Mapping[str, Any]) -> dict[str, Any]:
+    """A section [sample] with the size of its grains for their number, so that other regions have such grains too.
+
+    As it is where it does not tell a region, or cannot be. Raises :class:`~grainlaw.fields.ParameterError`.
+    """
+    count, shape = given.get("grains"), given.get("region")
+    if not isinstance(count, int) or count < 1 or "grain_size" in given or shape not in REGIONS:
+        return dict(given)
+    lengths = inspect.signature(REGIONS[shape], eval_str=True).parameters
+    if not all(name in given or each.default is not each.empty for name, each in lengths.items()):
+        return dict(given)
+    region = REGIONS[shape](**{name: _size(each, given, shape) for name, each in lengths.items()})
+    rest = {name: value for name, value in given.items() if name != "grains"}
+    return {**rest, "grain_size": written(math.sqrt(region.area / count), "m")}
 
 
 def with_notes(section: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -84,7 +85,7 @@ def write_watch_page(seen: Watched, file: Path, *, goes_on: bool) -> None:
     write_page(
         file, "studies/watch.html", title=f"{seen.kind.capitalize()} in {seen.folder}", head=head(seen),
         share=seen.share, reason=reason(seen), curves=_figure(seen), rows=list(rows(seen)), heads=HEADS,
-        renews=RENEWED if goes_on else 0,
+        renews=RENEWED if goes_on else 0, now=f"{datetime.now():%Y-%m-%d %H:%M:%S}",
     )  # fmt: skip
 
 
