@@ -24,15 +24,20 @@ def work(load: np.ndarray, displacement: np.ndarray) -> float:
     return float(np.sum((load[1:] + load[:-1]) / 2 * np.diff(displacement)))
 
 
+def in_plane_strain(specimen: Specimen | None) -> bool:
+    """Whether the grains of the first mineral are; a measured curve has no specimen of ours."""
+    if specimen is None:
+        return False
+    rock = specimen.material_of(int(specimen.grains.phase[0]))
+    return not (isinstance(rock, Elastic) and rock.plane is Plane.STRESS)
+
+
 def converted(young: float, poisson: float, specimen: Specimen | None) -> tuple[float, float]:
     """E and nu of the material from E* and nu* of its plane problem: nu = nu*/(1 + nu*), E = E* (1 - nu^2).
 
     Equal to E* and nu* where the material is in plane stress, and of a measured curve, which has no specimen of ours.
     """
-    if specimen is None:
-        return young, poisson
-    rock = specimen.material_of(int(specimen.grains.phase[0]))
-    if isinstance(rock, Elastic) and rock.plane is Plane.STRESS:
+    if not in_plane_strain(specimen):
         return young, poisson
     true = poisson / (1 + poisson)
     return young * (1 - true**2), true

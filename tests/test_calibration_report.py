@@ -156,13 +156,19 @@ def test_the_corner_shows_each_pair_once(given):
 
 
 def test_points_left_out_are_shown_over_what_they_are(given):
+    """UCS as that of a rock twice as strong in MPa, with the shift of the seeds of 0.1; an angle 1 degree lower."""
     first, second = figures.left_out(given).axes
-    assert (first.get_title(), second.get_title()) == ("log UCS, Q2 0.975", "friction angle, Q2 0.975")
-    assert first.lines[0].get_xdata().tolist() == [1.0, 3.0, 2.0]
-    assert first.lines[0].get_ydata().tolist() == [1.1, 2.8, 2.0]
+    assert (first.get_title(), second.get_title()) == ("UCS (MPa)\nQ2 0.975", "friction angle (deg)\nQ2 0.975")
+
+    def ucs(logs):
+        return pytest.approx(2e-6 * np.exp(np.array(logs) + 0.1))
+
+    assert first.lines[0].get_xdata() == ucs([1.0, 3.0, 2.0])
+    assert first.lines[0].get_ydata() == ucs([1.1, 2.8, 2.0])
     bars = np.array([bar[:, 1] for bar in first.collections[0].get_segments()])
-    assert bars == pytest.approx(np.array([[0.9, 1.3], [2.4, 3.2], [1.4, 2.6]]))
-    assert [list(first.lines[-1].get_xdata()), list(first.lines[-1].get_ydata())] == [[1.0, 3.0]] * 2
+    assert bars == ucs([[0.9, 1.3], [2.4, 3.2], [1.4, 2.6]])
+    assert [first.lines[-1].get_xdata(), first.lines[-1].get_ydata()] == [ucs([1.0, 3.0])] * 2
+    assert second.lines[0].get_ydata() == pytest.approx([0.1, 1.8, 1.0])
 
 
 def test_the_envelope_is_the_line_of_cohesion_and_friction_angle(given):
@@ -179,7 +185,8 @@ def test_the_envelope_is_the_line_of_cohesion_and_friction_angle(given):
     assert figures.envelope(attrs.evolve(given, targets=Targets(crack_damage=1e8))) is None
     [axes] = figures.envelope(attrs.evolve(given, targets=Targets(cohesion=5e7, confinements=[5e6]))).axes
     assert [text.get_text() for text in axes.get_legend().get_texts()] == [
-        "fresh seeds: c = 40.00 MPa, phi = 30.00 deg",
+        "fresh seeds: c = 40.00 MPa, phi = 30.00 deg", "mean of the fresh seeds, 95 %",
+        "target and its standard uncertainty",
     ]  # fmt: skip
 
 
@@ -243,7 +250,11 @@ def test_a_target_is_met_within_five_percent_or_in_the_interval(answered):
     wide = attrs.evolve(far, interval=(0.9 * row.target.value, 1.5 * row.target.value))
     assert (wide.is_met, wide.verdict, far.verdict, near.verdict) == (None, "undecided", "not met", "met")
     told = attrs.evolve(answered, checks=(wide,)).verdicts[-1]
-    assert told == f"{wide.count} fresh specimens are too few to tell whether UCS is met."
+    assert told == (  # three times as wide as what tells
+        f"{wide.count} fresh specimens are too few to tell whether UCS is met: try fresh = {9 * wide.count}, the same "
+        "call keeps all that was tested."
+    )
+    assert (near.enough, far.enough) == (near.count, far.count)
 
 
 @pytest.mark.thorough

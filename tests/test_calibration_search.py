@@ -2,6 +2,7 @@
 
 from types import SimpleNamespace
 
+import attrs
 import numpy as np
 import pytest
 from formula_rocks import FOUR, HIDDEN, RANGES, FormulaRock, exact, searched, space, targets_at
@@ -353,6 +354,9 @@ def test_what_the_tests_do_not_see_is_named_and_what_would_see_it(one_strength):
     assert (seen.further[0].quantity, seen.further[0].helped) == ("brazilian_strength", "friction_angle")
     assert seen.further[0].width < 0.7
     assert seen.total_order == pytest.approx(np.eye(2), abs=0.05)  # each quantity follows one parameter
+    poor = attrs.evolve(match.emulators["brazilian_strength"], left_out=np.array([[1.0, 2.0, 0.1], [2.0, 1.0, 0.1]]))
+    blind = identifiability(attrs.evolve(match, emulators={**match.emulators, "brazilian_strength": poor}), found, 0)
+    assert (poor.q_squared, blind.quantities, blind.further) == (-3, ("ucs",), ())
 
 
 def test_intervals_hold_as_much_below_as_above():

@@ -328,7 +328,12 @@ def test_a_measured_curve_is_drawn_beside_ours_in_the_same_units(ours, tmp_path)
     assert [line.get_label() for line in drawn] == ["MohrCoulomb", "lab.csv"]
     assert drawn[1].get_xdata() == pytest.approx(AXIAL * 100)
     assert drawn[1].get_ydata() == pytest.approx(STRESS / 1e6)
-    assert axes.get_legend() is not None
+    assert axes.get_legend().get_title().get_text() == "plane strain: 1/(1 − ν²) as steep as a cylinder"
+    plate = attrs.evolve(curve, laterals=1)
+    assert not gl.plot_curves(ours, measured=plate).axes[0].get_legend().get_title().get_text()
+    rock = attrs.evolve(ours.specimen.material, plane=gl.Plane.STRESS)
+    free = attrs.evolve(ours, specimen=attrs.evolve(ours.specimen, material=rock))
+    assert not gl.plot_curves(free, measured=curve).axes[0].get_legend().get_title().get_text()
     several = gl.plot_curves(ours, measured=[curve, curve]).axes[0]
     assert [line.get_label() for line in several.lines if line.get_marker() != "o"][1:] == ["lab.csv", "lab.csv (2)"]
     assert gl.plot_curves(ours, measured={"core 3": curve}).axes[0].lines[-1].get_label() == "core 3"

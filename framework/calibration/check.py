@@ -15,6 +15,7 @@ from grainlaw.calibration.trials import Simulator
 from grainlaw.results.means import spread
 
 NEAR = 0.05  #: of a target
+UNDECIDED = "undecided"
 WIDE = 0.1  #: of a target: half of an interval that says nothing by holding it
 NORMAL = 1.959964  #: deviations of a normal distribution that hold 95 %
 
@@ -46,9 +47,17 @@ class Compared:
         return abs(self.off) <= NEAR or (held and not is_wide) or (None if held else False)
 
     @property
+    def enough(self) -> int:
+        """About how many fresh specimens would tell whether a target is met where these do not; else as many as now."""
+        if self.target is None or self.verdict != UNDECIDED:
+            return self.count
+        low, high = self.interval
+        return round(self.count * ((high - low) / (2 * WIDE * abs(self.target.value))) ** 2)
+
+    @property
     def verdict(self) -> str:
         """``met``, ``not met`` or ``undecided``; empty without a target."""
-        words = {True: "met", False: "not met", None: "undecided"}
+        words = {True: "met", False: "not met", None: UNDECIDED}
         return words[self.is_met] if self.target else ""
 
 

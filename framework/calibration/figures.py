@@ -96,18 +96,24 @@ def corner(found: Calibration) -> Figure:
 
 def left_out(found: Calibration) -> Figure:
     """Predictions of points that were left out, over what they are."""
-    every = list(found.found.match.emulators.values())
+    match, samples = found.found.match, found.found.match.samples
+    every, scale = list(match.emulators.values()), found.space.scales(_middle(found)[None])[0]
     columns = min(4, len(every))
     rows = math.ceil(len(every) / columns)
     figure = Figure(figsize=(2.7 * columns + 0.4, 2.6 * rows), layout="constrained")
     places = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes, emulator in zip(places, every, strict=False):
-        value, predicted, deviation = emulator.left_out.T
-        axes.errorbar(value, predicted, 2 * deviation, fmt=".", color=BLUE, ecolor="0.75", markersize=5)
-        ends = [value.min(), value.max()]
+        aim, (value, predicted, deviation) = AIMS[emulator.name], emulator.left_out.T
+        shift = samples.shift[samples.names.index(emulator.name)]
+        tested, low, middle, high = (
+            restored(emulator.name, each + shift, scale) * aim.shown.factor
+            for each in (value, predicted - 2 * deviation, predicted, predicted + 2 * deviation)
+        )
+        reach = [middle - low, high - middle]
+        axes.errorbar(tested, middle, reach, fmt=".", color=BLUE, ecolor="0.75", markersize=5)
+        ends = [tested.min(), tested.max()]
         axes.plot(ends, ends, color=BLACK, linewidth=0.8)
-        aim = AIMS[emulator.name]
-        axes.set_title(f"{'log ' if aim.is_log else ''}{aim.shown.words}, Q2 {emulator.q_squared:.3f}", fontsize=9)
+        axes.set_title(f"{aim.shown.heading}\nQ2 {emulator.q_squared:.3f}", fontsize=9)
         axes.grid(alpha=0.25)
     for axes in places[len(every) :]:
         axes.remove()
@@ -137,16 +143,19 @@ def envelope(found: Calibration) -> Figure | None:
         axes.plot(at / 1e6, (2 * cohesion * root + root**2 * at) / 1e6, color=color, label=label)
     for pressure, each in under.items():
         reach = np.array([[each.measured - each.interval[0]], [each.interval[1] - each.measured]]) / 1e6
-        axes.errorbar(pressure / 1e6, each.measured / 1e6, reach, fmt="o", color=BLUE, capsize=3)
+        label = "mean of the fresh seeds, 95 %"
+        axes.errorbar(pressure / 1e6, each.measured / 1e6, reach, fmt="o", color=BLUE, capsize=3, label=label)
         if each.target:
             known = each.target.value / 1e6, each.target.uncertainty / 1e6
-            axes.errorbar(pressure / 1e6, *known, fmt="D", color=VERMILLION, capsize=3)
+            label = "target and its standard uncertainty"
+            axes.errorbar(pressure / 1e6, *known, fmt="D", color=VERMILLION, capsize=3, label=label)
     axes.set_xlabel("confinement (MPa)")
     axes.set_ylabel("strength (MPa)")
     axes.set_ylim(bottom=0)
     axes.grid(alpha=0.25)
-    if lines:
-        axes.legend(frameon=False, fontsize=9, loc="lower right")
+    shown, names = axes.get_legend_handles_labels()
+    each_once = dict(zip(names, shown, strict=True))
+    axes.legend(each_once.values(), each_once.keys(), frameon=False, fontsize=9, loc="lower right")
     return figure
 
 

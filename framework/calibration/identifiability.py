@@ -18,6 +18,7 @@ UNSEEN = 0.5  #: standard deviation of the posterior along a direction, over tha
 NAMED = 0.3  #: parts of a direction that are named
 INDEX_POINTS = 1024  #: of each Sobol index; a power of two
 PRIOR_POINTS = 4096
+PREDICTED = 0.5  #: Q2 of an emulator: what it predicts worse says nothing of what rules a quantity
 
 
 @attrs.frozen
@@ -72,10 +73,10 @@ class Identifiability:
     parameters: tuple[Determined, ...]
     correlation: np.ndarray  #: (d, d) of the posterior
     directions: tuple[Direction, ...]  #: all, the least seen first
-    further: tuple[Telling, ...]  #: tests that were made but not used, the most telling first
+    further: tuple[Telling, ...]  #: of the quantities that are no targets, the most telling first
     first_order: np.ndarray  #: (q, d) Sobol indices of the quantities over the prior
     total_order: np.ndarray  #: (q, d)
-    quantities: tuple[str, ...]
+    quantities: tuple[str, ...]  #: that emulators predict, Q2 of at least 0.5
 
     @property
     def unseen(self) -> tuple[Direction, ...]:
@@ -106,7 +107,7 @@ def identifiability(match: Match, found: Posterior, seed: int) -> Identifiabilit
         for k in np.argsort(-values)
     )
     deviation = np.sqrt(np.diag(covariance))
-    names = tuple(match.emulators)
+    names = tuple(name for name, each in match.emulators.items() if each.q_squared >= PREDICTED)
     first, total = sobol(match, names, seed)
     return Identifiability(
         parameters, covariance / np.outer(deviation, deviation), directions,

@@ -151,8 +151,11 @@ class Calibration(metaclass=Checked):
                 f"{best.helped} to {100 * best.width:.0f} % of its present width."
             )
         if undecided := [AIMS[each.name].shown.words for each in self.checks if each.verdict == "undecided"]:
-            fresh = max(each.count for each in self.checks)
-            lines.append(f"{fresh} fresh specimens are too few to tell whether {' and '.join(undecided)} is met.")
+            count, enough = (max(of(each) for each in self.checks) for of in (lambda c: c.count, lambda c: c.enough))
+            lines.append(
+                f"{count} fresh specimens are too few to tell whether {' and '.join(undecided)} is met: try "
+                f"fresh = {enough}, the same call keeps all that was tested."
+            )
         return lines or ["The tests see all directions."]
 
     @property

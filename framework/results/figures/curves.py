@@ -29,6 +29,7 @@ from grainlaw.drawing.figure import Figure, given_or_new
 from grainlaw.drawing.palette import BLACK, color, marker, style
 from grainlaw.fields import ParameterError
 from grainlaw.messages import refusal
+from grainlaw.moduli import in_plane_strain
 from grainlaw.results.archive import law_names
 from grainlaw.results.certificate import is_whole
 from grainlaw.results.figures.cracks import SHEAR, TENSILE, count_below, draw_cracks, named_results
@@ -42,6 +43,7 @@ EVERY = 0.12  #: of a picture's width between two markers
 SHORT = 0.03  #: of the time of a test: a shorter stage has no room for its name
 NOTHING = 0.02  #: of the largest value: what is below zero by less begins at zero, such as a first wave
 FAR = 3.0  #: ranges before the peak: curves that go farther after it are cut off
+PLATE = "plane strain: 1/(1 − ν²) as steep as a cylinder"
 OF_MODE = {TENSILE_CRACKS: TENSILE, SHEAR_CRACKS: SHEAR}
 
 
@@ -216,7 +218,9 @@ def plot_curves(
     axes.set(xlabel=result.quantity(across).heading, ylabel=result.quantity(up).heading)
     axes.grid(alpha=0.25)
     if len(results) + len(beside) > 1:
-        axes.legend(frameon=False)
+        cylinders = any(curve.laterals > 1 for curve in beside.values())
+        steeper = cylinders and across == STRAIN and any(in_plane_strain(each.specimen) for each in results.values())
+        axes.legend(frameon=False, title=PLATE if steeper else None)
     return figure
 
 
