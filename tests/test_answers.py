@@ -2,6 +2,9 @@
 
 import json
 import math
+import os
+import subprocess
+import sys
 
 import pytest
 from click.testing import CliRunner
@@ -148,3 +151,15 @@ def test_a_study_its_status_its_table_and_what_it_will_take(tmp_path):
     assert table["rows"] == done["rows"]
     assert asked("study", "status", file) == {"cases": 2, "finished": 2, "failed": {}, "missing": 0, "reasons": []}
     assert asked("watch", tmp_path / "granite")["done"] == 2
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pipes are those of Unix")
+def test_a_command_ends_in_silence_where_nobody_reads_on():
+    """As ``grainlaw schema | head -1``."""
+    read, write = os.pipe()
+    os.close(read)
+    with os.fdopen(write, "w") as closed:
+        done = subprocess.run(
+            [sys.executable, "-m", "grainlaw", "schema"], stdout=closed, stderr=subprocess.PIPE, text=True
+        )
+    assert (done.returncode, done.stderr) == (1, "")

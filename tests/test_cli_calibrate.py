@@ -21,6 +21,7 @@ from grainlaw.cli.components import own, settings
 from grainlaw.cli.configuration import configured
 from grainlaw.cli.sections import read_file
 from grainlaw.fields import ParameterError
+from grainlaw.runs.stopping import Stopped
 from grainlaw.units import GPa, MPa
 
 calibrate = importlib.import_module("grainlaw.cli.calibrate")
@@ -164,6 +165,30 @@ def test_options_of_the_command_and_its_exit_code(plausible, tmp_path, monkeypat
     assert seen["store"] == tmp_path / "out" / "tests"
     assert wrote == [tmp_path / "out"] * (1 + plausible)
     assert ("the targets are in conflict" in done.output) == (not plausible)
+
+
+def test_an_answer_to_other_targets_is_told_before_it_is_replaced(tmp_path, monkeypatch):
+    """Stopped then, only what this call wrote is said to be written."""
+    stopped = Stopped("stopped in the first wave", signal.SIGINT)
+
+    def stop(**given):
+        raise stopped
+
+    def content(asked):
+        targets = {name: attrs.asdict(target) for name, target in asked.given["targets"].given.items()}
+        return {"targets": targets, "ranges": asked.given["free"]}
+
+    monkeypatch.setattr(calibrate, "run", stop)
+    file, folder = written(tmp_path), tmp_path / "rock"
+    folder.mkdir()
+    assert "of before" not in invoke("calibrate", file).output
+    (folder / "calibration.json").write_text(json.dumps(content(calibration_of(file))))
+    (folder / "tests").mkdir()
+    same = invoke("calibrate", file).output
+    assert "other targets or ranges" not in same
+    assert f"written to {folder}/: tests/; of before: calibration.json" in same
+    other = invoke("calibrate", written(tmp_path, FILE.replace('"30 MPa"', '"31 MPa"'))).output
+    assert "has the answer to other targets or ranges: calibration.json are replaced in the end" in other
 
 
 def test_the_rock_that_was_found_is_a_file_that_runs(tmp_path):

@@ -12,7 +12,7 @@ import click
 
 from grainlaw.calibration.calibrate import calibrate as run
 from grainlaw.calibration.calibrate import first_look
-from grainlaw.calibration.result import Calibration
+from grainlaw.calibration.result import NUMBERS, REPORT, Calibration
 from grainlaw.calibration.stiffness_search import CONTACTS
 from grainlaw.calibration.targets import AIMS, Targets, needed_tests
 from grainlaw.calibration.trials import DISC, HALF_DISC, PRISM, SHAPES, USUAL
@@ -25,7 +25,8 @@ from grainlaw.cli.sections import Sections, assign, checked_sections, read_table
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError, whole_number
 from grainlaw.messages import nearest, refusal
-from grainlaw.results.files import writable_folder
+from grainlaw.results.files import warn, writable_folder
+from grainlaw.runs.progress_file import read
 from grainlaw.runs.stopping import Stopped
 from grainlaw.specimen import Specimen
 from grainlaw.studies.workers import ExecutorError
@@ -224,6 +225,7 @@ def calibrate(
             answer(look, **look.summary)
             return
         folder = writable_folder(file.with_suffix("") if out is None else out)
+        before = _answer_before(folder, asked)
     try:
         with refusing():
             found = run(**asked.given, specimens=asked.specimens, store=folder / STORE, workers=workers, on=on)
@@ -231,12 +233,25 @@ def calibrate(
             if found.is_plausible:
                 _write_rock(found, asked, folder)
     except Stopped as stopped:
-        end_stopped(stopped, contents(folder), "go on with the same command")
+        end_stopped(stopped, contents(folder, of_before=before), "go on with the same command")
     except ExecutorError as error:
         raise click.ClickException(f"{error}; go on with the same command") from None
     answer(f"{found}\n\n{contents(folder)}", folder=str(folder), **found.summary)
     if not found.is_plausible:
         raise click.ClickException("the targets are in conflict: no parameters in the ranges meet them together")
+
+
+def _answer_before(folder: Path, asked: CalibrationFile) -> list[str]:
+    """The files of an answer that is there; warns where it is that of other targets or ranges."""
+    there = [name for name in (REPORT, NUMBERS, CALIBRATED) if (folder / name).exists()]
+    old, targets = read(folder / NUMBERS), asked.given["targets"].given
+    if old is not None and (
+        old.get("targets") != {name: attrs.asdict(target) for name, target in targets.items()}
+        or old.get("ranges") != {name: list(ends) for name, ends in asked.given["free"].items()}
+    ):
+        warn(f"{folder} has the answer to other targets or ranges: {', '.join(there)} are replaced in the end, and "
+             f"tests that are the same are not made again")  # fmt: skip
+    return there
 
 
 def _write_rock(found: Calibration, asked: CalibrationFile, folder: Path) -> None:

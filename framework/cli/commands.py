@@ -69,8 +69,8 @@ class _Commands(click.Group):
             warnings.showwarning = _tell  # type: ignore[assignment]
             try:
                 return super().invoke(context)
-            except (click.ClickException, click.exceptions.Exit, click.Abort):
-                raise
+            except (click.ClickException, click.exceptions.Exit, click.Abort, BrokenPipeError):
+                raise  # of the last, click makes a silent end
             except KeyboardInterrupt:  # where no command has said more
                 click.echo(STOPPED, err=True)
                 sys.exit(INTERRUPTED)

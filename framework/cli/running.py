@@ -7,7 +7,7 @@ import math
 import os
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, NoReturn
@@ -95,6 +95,8 @@ def refusing() -> Iterator[None]:
         yield
     except REFUSALS as error:
         raise click.UsageError(str(error)) from None
+    except BrokenPipeError:
+        raise  # click ends in silence where nobody reads on, as behind "| head"
     except FAILURES as error:
         raise click.ClickException(str(error)) from None
 
@@ -198,11 +200,12 @@ def tell_works(works: Iterable[str]) -> None:
         click.echo(f"to cite: {work}")
 
 
-def contents(folder: Path) -> str:
-    """The files of a folder in a few words: a series of pictures once."""
+def contents(folder: Path, of_before: Sequence[str] = ()) -> str:
+    """The files of a folder in a few words: a series of pictures once, what an earlier call wrote by itself."""
     names = sorted(file.name for file in folder.iterdir() if file.suffix != ".vtu" and not file.name.startswith("."))
-    shown_too = [f"{name}{os.sep}" if (folder / name).is_dir() else name for name in names]
-    return f"written to {os.fspath(folder)}{os.sep}: {', '.join(shown_too) or 'nothing'}"
+    shown_too = [f"{n}{os.sep}" if (folder / n).is_dir() else n for n in names if n not in of_before]
+    old = f"; of before: {', '.join(of_before)}" if of_before else ""
+    return f"written to {os.fspath(folder)}{os.sep}: {', '.join(shown_too) or 'nothing'}{old}"
 
 
 LINKED = (".json", ".csv", ".toml", ".pvd", ".py")
