@@ -15,7 +15,7 @@ import numpy as np
 
 from grainlaw.arguments import Checked
 from grainlaw.fields import ParameterError
-from grainlaw.messages import refusal
+from grainlaw.messages import nearest, refusal
 from grainlaw.quantity import Quantity
 
 # --- recorded in every test ------------------------------------------------------------------------------------------
@@ -308,6 +308,30 @@ def panels_of(curves: Mapping[str, np.ndarray], declared: Sequence[Panel] = ()) 
     first = next(name for name in LOAD if name in curves)
     own = [*([first] if first in own else []), *(name for name in own if name != first)]
     return [Panel(along, [name]) for name in own[:MOST_PANELS] or [first]]
+
+
+def misspelt(
+    panels: Sequence[Panel], quantities: Sequence[Quantity], recorded: Sequence[str], properties: Iterable[str]
+) -> list[str]:  # fmt: skip
+    """What a test declares by names that it does not have, though it has others that are like them, in words.
+
+    A panel or a quantity of what is not there says nothing else by itself: it may be of something that only other
+    settings of the test record.
+    """
+    drawn = {name for panel in panels for name in panel.names if name not in recorded}
+    found = []
+    for name in sorted(drawn):
+        if like := nearest(name, recorded, LIKE):
+            found.append(f"a panel of '{name}', which is not recorded{like}")
+    own = {each.name: each for each in quantities}
+    unshown = [name for name in (*recorded, *properties) if quantity_of(name, own) == Quantity(name)]
+    for name in set(own).difference(recorded, properties):
+        if like := nearest(name, unshown, LIKE):
+            found.append(f"a quantity '{name}', which is neither a column nor a property{like}")
+    return found
+
+
+LIKE = 0.75  #: of two names, one of which is misspelt
 
 
 def missing(curves: Mapping[str, np.ndarray], names: Iterable[str]) -> list[str]:

@@ -80,7 +80,8 @@ class Ageing(metaclass=Checked):
     (then the loads do no work), bonds whose law has a ``fatigue``
     in its memory age under the displacements that they have: by as much time as lets the fatigue of no bond grow by
     more than ``largest_growth``, and no farther than ``duration`` in the stage. Then the specimen goes to the next
-    equilibrium by its motion.
+    equilibrium by its motion. The stage ends, if not before, when the duration has passed and the specimen rests.
+    Columns ``aged`` (s since the start of the run) and ``jumps`` are recorded.
     """
 
     duration: float = parameter("s")  #: that passes in the stage

@@ -9,7 +9,7 @@ from fractions import Fraction
 from numbers import Real
 from typing import Any
 
-from grainlaw.messages import ParameterError, refusal, short
+from grainlaw.messages import ParameterError, nearest, refusal, short
 
 #: powers of kilogram, metre, second, kelvin, degree Celsius (no difference), degree of an angle
 Dimension = tuple[int, ...]
@@ -45,6 +45,12 @@ PLAIN: dict[str, Unit] = {  #: they take no prefix
     "°": (Fraction(1), (0, 0, 0, 0, 0, 1)),
     "rad": (Fraction(180 / math.pi), (0, 0, 0, 0, 0, 1)),
 }
+#: what to suggest for a unit that is misspelt: none that differs from another one by capitals alone
+OFTEN = (
+    "Pa", "kPa", "MPa", "GPa", "TPa", "Pa/m", "MPa/m", "GPa/m", "TPa/m", "m", "cm", "mm", "um", "km", "m/s", "mm/s",
+    "s", "ms", "us", "min", "h", "day", "year", "N", "kN", "MN", "kN/m", "J/m2", "kg/m3", "g/cm3", "deg", "rad", "K",
+    "degC", "psi", "ksi", "bar", "%", "permille",
+)  # fmt: skip
 USUAL = {  #: what to suggest for a declared unit
     "Pa": "13 MPa", "Pa/m": "105 TPa/m", "J/m2": "150 J/m2", "m": "50 mm", "m/s": "50 mm/s", "s": "0.2 ms",
     "kg/m3": "3100 kg/m3", "deg": "54 deg", "1": "25 %", "1/s": "300 1/s",
@@ -81,7 +87,10 @@ def quantity(value: Any, unit: str, name: str = "the value") -> float:
         return number
     given, declared = _unit(written), _unit(unit)
     if given is None:
-        raise ParameterError(f"{name} = {value!r} is not allowed: there is no unit '{written}'; it must be {wanted}")
+        like = nearest(written, [each for each in OFTEN if dimension(each) == declared[1]], 0.5) if declared else ""
+        raise ParameterError(
+            f"{name} = {value!r} is not allowed: there is no unit '{written}'{like or ';'} it must be {wanted}"
+        )
     if declared is None or declared[1] != given[1]:
         kind = "a number without a unit" if unit == "1" else f"one of {unit}"
         raise ParameterError(f"{name} = {short(value)} is not allowed: '{written}' is not {kind}; it must be {wanted}")
@@ -107,7 +116,8 @@ def factor_into(unit: str, where: str = "the unit") -> float:
     found = _unit(unit or "1")
     if found is None:
         wanted = "a unit such as 'MPa', '%', 'permille', 'mm' or 'J/m2'; for another one, give the factor from SI, too"
-        raise refusal(where, unit, wanted)
+        like = nearest(unit, OFTEN, 0.6)
+        raise refusal(where, unit, wanted + like)
     size, (*_, angle) = found
     return (180 / math.pi) ** angle * float(1 / size)
 

@@ -154,13 +154,10 @@ class Creep(LoadingProtocol):
         )
 
     def measure(self, state: State) -> dict[str, float]:
-        """As uniaxial compression; ``aged`` (s), ``jumps``, mean ``fatigue`` and ``aged_loss`` (J per metre) so far."""
-        books = state.clock.books
+        """As uniaxial compression; mean ``fatigue`` and ``aged_loss`` (J per metre) so far."""
         return {
             **measure_between_platens(state, -1.0, WholeSpecimen()),
-            AGED: state.clock.aged,
-            JUMPS: float(books.jumps[0]),
-            AGED_LOSS: float(books.aged_loss[0]),
+            AGED_LOSS: float(state.clock.books.aged_loss[0]),
             FATIGUE: float(state.memory(FATIGUE).mean()) if len(state.bonds) else 0.0,
         }
 

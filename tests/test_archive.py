@@ -13,10 +13,10 @@ from support import BRITTLE, PULL, ROCK, STIFF, STRONG, small_sample
 
 import grainlaw as gl
 from grainlaw.geometry import Bricks, Voronoi, apart, between_platens, polygon, rectangle
-from grainlaw.laws import CohesiveCrack, Linear, WeibullField
+from grainlaw.laws import CohesiveCrack, Linear, StaticFatigue, WeibullField
 from grainlaw.material import Plane
 from grainlaw.protocols import UniaxialCompression
-from grainlaw.results.archive import FORMAT, Recorded, from_bytes, listed, to_bytes
+from grainlaw.results.archive import FORMAT, Recorded, from_bytes, law_name, law_names, listed, to_bytes
 from grainlaw.results.figures.cracks import crack_lines
 from grainlaw.results.result import Cracks
 from grainlaw.units import mm
@@ -231,6 +231,14 @@ def rewritten(content, name, data):
 def about(content, **changes):
     with np.load(io.BytesIO(content)) as stored:
         return np.array(json.dumps(json.loads(str(stored["about"])) | changes))
+
+
+def test_a_law_around_another_is_called_by_both_also_after_it_was_read():
+    aged = StaticFatigue(law=BRITTLE, rate=1e-6)
+    assert law_names({("a", "a"): aged, ...: BRITTLE}) == "StaticFatigue of MohrCoulomb, MohrCoulomb"
+    read = Recorded("Delayed", {"law": {"type": "StaticFatigue", "law": {"type": "Linear", "kn": 1.0}}})
+    assert (law_name(aged), law_name(read)) == ("StaticFatigue of MohrCoulomb", "Delayed of StaticFatigue of Linear")
+    assert law_name(Recorded("Own", {"law": 3})) == "Own"
 
 
 @pytest.mark.parametrize("other", [b"", b"no archive", b"PK\x05\x06" + bytes(18), b"\x93NUMPY"])

@@ -175,6 +175,41 @@ def test_time_passes_in_every_stage_that_ages():
     assert 1 - run.curves["fatigue"][-1] == pytest.approx((1 - 18 * RATE * x**20 * 2 * duration) ** (1 / 18), rel=1e-4)
 
 
+@attrs.frozen(kw_only=True)
+class HeldOn(HeldTension):
+    """A test that says nothing of time: only of what never comes."""
+
+    def stages(self, specimen):
+        pull, hold = super().stages(specimen)
+        return [pull, attrs.evolve(hold, until=[gl.conditions.Reaches("never", 1)], sample_limit=20_000)]
+
+    def measure(self, state):
+        found = super().measure(state)
+        del found["aged"]
+        return {**found, "never": 0.0}
+
+
+def test_a_stage_ends_at_rest_when_its_time_has_passed():
+    law = StaticFatigue(law=BOND, rate=RATE, growth=CharlesGrowth(exponent=20))
+    duration = 0.4 * lasts(0.5, 20.0)
+    run = gl.simulate(bar(2), law, HeldOn(stress=0.5 * STRENGTH, duration=duration), threads=1, frames=1)
+    assert run.summary["time"] == duration
+    assert run.curves["jumps"][-2] == run.curves["jumps"][-1] > 1
+
+
+def test_a_specimen_that_fails_while_time_passes_ends_the_run_with_its_reason():
+    """The upper block is pulled away by its load: it never rests, and the test ends by nothing that it knows."""
+    law = StaticFatigue(law=BOND, rate=RATE, growth=CharlesGrowth(exponent=20))
+    test = HeldOn(stress=0.5 * STRENGTH, duration=2 * lasts(0.5, 20.0))
+    with pytest.raises(
+        gl.StageError, match=r"stage 'hold': the specimen has failed after .* end the stage where"
+    ) as told:
+        gl.simulate(bar(2), law, test, threads=1, frames=1)
+    curves = told.value.result.curves
+    assert 0.9 * lasts(0.5, 20.0) < curves["aged"][-1] < 1.1 * lasts(0.5, 20.0)
+    assert len(curves["aged"]) < 2000
+
+
 @pytest.fixture(scope="module")
 def crept():
     return gl.simulate(small_sample(30), AGEING, CREEP, threads=1, frames=1)

@@ -11,7 +11,7 @@ from test_words_and_units import NEEDED
 import grainlaw as gl
 from grainlaw.cli.configuration import configured
 from grainlaw.cli.setups import SETUPS
-from grainlaw.columns import COLDEST, ENERGIES, ENERGY, EVERY_TEST, HEAT_TIME, HOTTEST, STAGE, panels_of
+from grainlaw.columns import AGED, COLDEST, ENERGIES, ENERGY, EVERY_TEST, HEAT_TIME, HOTTEST, JUMPS, STAGE, panels_of
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import Linear
 from grainlaw.protocols import FreeMotion
@@ -51,6 +51,8 @@ def result_of(specimen, law, protocol):
     every = [*(each.name for each in EVERY_TEST), *(ENERGY + kind for kind in ENERGIES), *protocol.measure(state)]
     if any(stage.of(gl.loads.Conduction) for stage in stages):
         every += [HEAT_TIME, COLDEST, HOTTEST]
+    if any(stage.ageing for stage in stages):
+        every += [AGED, JUMPS]
     curves = {name: rising * 1e-3 for name in every}
     curves[STAGE] = (len(stages) - 1.0) * (rising > 0.1)
     return gl.Result(specimen, law, protocol, curves, {}, _cracks(state), [], state.bonds.ends)

@@ -130,7 +130,12 @@ def test_only_the_declared_dimension_is_taken(unit, other):
     ("value", "unit", "words"),
     [
         ("13 mm", "Pa", "law.f = '13 mm' is not allowed: 'mm' is not one of Pa; it must be a number in Pa or a string"),
-        ("13 MPA", "Pa", "there is no unit 'MPA'; it must be a number in Pa or a string such as '13 MPa'"),
+        (
+            "13 MPA",
+            "Pa",
+            "there is no unit 'MPA'; did you mean 'MPa'? it must be a number in Pa or a string",
+        ),
+        ("13 dollars", "Pa", "there is no unit 'dollars'; it must be a number in Pa or a string such as '13 MPa'"),
         ("7 m", "1", "'m' is not a number without a unit; it must be a number or a string such as '25 %'"),
         ("MPa", "Pa", "law.f = 'MPa' is not allowed"),
         ("13,5 MPa", "Pa", "there is no unit ',5 MPa'"),

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from grainlaw.columns import FATIGUE
+from grainlaw.columns import AGED, FATIGUE, JUMPS, STORED, SUPPLIED, energy
 from grainlaw.conditions import Curves, StageError
 from grainlaw.contact import each_law, law_arguments
 from grainlaw.engine.dissipation import stored
@@ -20,6 +20,7 @@ from grainlaw.stage import RESTS, Ageing, Stage
 
 HALVINGS = 60  #: of the interval in which the length of a jump is sought, in logarithms
 SHORTEST = 1e-15  #: of the duration: the first jump is longer, or the bonds do not last
+FAILED = 1000.0  #: work of the loads in a stage, over what was stored as it began: 500 times its elastic strain
 NEARLY = 0.9  #: of the largest growth: near enough
 
 
@@ -33,16 +34,25 @@ def check_ageing(model: Model, stages: Sequence[Stage]) -> None:
         )
 
 
-def age_at_rest(state: State, ageing: Ageing, curves: Curves) -> None:
-    """Let time pass if a specimen is at rest, by its ``curves`` in this stage. Raises :class:`StageError`."""
+def columns(state: State) -> dict[str, float]:
+    """What is recorded of the time that passes in jumps."""
+    return {AGED: state.clock.aged, JUMPS: float(state.clock.books.jumps[0])}
+
+
+def age_at_rest(state: State, ageing: Ageing, curves: Curves) -> bool:
+    """Let time pass if a specimen is at rest, by its ``curves`` in this stage; whether all of it had passed before.
+
+    Raises :class:`StageError`, also for a specimen that will not come to rest any more.
+    """
     books = state.clock.books
     books.waited[0] += 1
     if books.waited[0] < RESTS or not ageing.rests(curves):
-        return
+        _refuse_failed(state, curves)
+        return False
     ends = float(books.aged_before[0]) + ageing.duration
     left = ends - state.clock.aged
     if left <= 0:
-        return
+        return True
     seconds = _longest(state, ageing, left)
     if books.jumps[0] == books.jumps_before[0] and seconds < SHORTEST * ageing.duration:
         raise StageError(
@@ -57,6 +67,18 @@ def age_at_rest(state: State, ageing: Ageing, curves: Curves) -> None:
     books.aged[0] = ends if seconds == left else books.aged[0] + seconds
     books.jumps[0] += 1
     books.waited[0] = 0
+    return False
+
+
+def _refuse_failed(state: State, curves: Curves) -> None:
+    stored_first, supplied = float(energy(curves, *STORED)[0]), energy(curves, SUPPLIED)
+    times = float(supplied[-1] - supplied[0]) / stored_first if stored_first > 0 else 0.0
+    if times > FAILED:
+        raise StageError(
+            f"stage '{state.stage}': the specimen has failed after {state.clock.aged:.4g} s and does not come to rest, "
+            f"its loads have done {times:.0f} times the work that it had stored when the stage began; end the stage "
+            "where it fails, as by Reaches(column, limit) of how far it has moved"
+        )
 
 
 def _ageing(state: State) -> Iterator[LawGroup]:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import attrs
 import numpy as np
 
-from grainlaw.columns import ENERGY, SPENT, STAGE_TIME, SUPPLIED, THERMAL, TIME
+from grainlaw.columns import ENERGY, SPENT, STAGE_TIME, SUPPLIED, THERMAL, TIME, misspelt
 from grainlaw.conditions import StageError
-from grainlaw.engine.ageing import age_at_rest
+from grainlaw.engine import ageing
 from grainlaw.engine.diagnosis import fastest, first_fault
 from grainlaw.engine.ledger import ROUNDING, energies, least_work, motion, unbalanced
 from grainlaw.engine.state import State
@@ -155,13 +156,11 @@ class Execution:
             self._record(found)
             self.loader.go_on(stage)
             self.at.pieces = max(stage.pieces if grown else 1, self.loader.pieces(stage))
-            if self._observe(stage) >= 1:
+            if self._observe(stage) >= 1 or self._has_aged(stage):
                 self.at.finished = self.at.stage == len(self.stages) - 1
                 self.at.stage += not self.at.finished
                 return
             self._refuse_idle(stage)
-            if stage.ageing is not None:
-                age_at_rest(self.state, stage.ageing, self.columns.since(self.at.first_sample))
             if self.folder is not None and self.folder.checkpoint_is_due():
                 self._save(self.moment())
         waited = f"stage '{stage.name}' did not end within {stage.sample_limit} samples"
@@ -196,6 +195,12 @@ class Execution:
         curves = self.protocol.counted(self.columns.since(0), self.at.first_sample)
         return {**curves, STAGE_TIME: curves[TIME] - self.state.began}
 
+    def _has_aged(self, stage: Stage) -> bool:
+        """Let time pass where the specimen rests; whether all of it has passed before."""
+        if stage.ageing is None:
+            return False
+        return ageing.age_at_rest(self.state, stage.ageing, self.columns.since(self.at.first_sample))
+
     def _refuse_idle(self, stage: Stage) -> None:
         """Raise StageError where nothing is imposed on a specimen that has never moved, and its test sees no change."""
         count = self.columns.count - self.at.first_sample
@@ -213,6 +218,8 @@ class Execution:
         state = self.state
         state.note_breaks()
         own = {"stage": self.at.stage, **self.loader.columns, **measured_by(self.protocol, state)}
+        if any(stage.ageing for stage in self.stages):
+            own |= ageing.columns(state)
         self.columns.append({"time": state.time, "step": state.steps, **own, **row_of(state, energies)})
         state.new_sample()
 
@@ -299,7 +306,7 @@ class Execution:
         if not frames or frames[-1].time < self.state.time:
             frames.append(take_frame(self.state))
         try:
-            return self._result_with(frames)
+            result = self._result_with(frames)
         except Exception as error:  # of a user
             found = self._result_with(frames, of_test=False)
             if not whole:
@@ -311,6 +318,14 @@ class Execution:
             )
             failed.result = found
             raise failed from error
+        if whole:
+            self._tell_misspelt(result)
+        return result
+
+    def _tell_misspelt(self, result: Result) -> None:
+        declared = self.protocol.panels, self.protocol.quantities
+        for words in misspelt(*declared, list(result.curves), list(result.summary)):
+            warnings.warn(f"{type(self.protocol).__name__} has {words}", stacklevel=4)
 
     def _result_with(self, frames: list[Frame], *, of_test: bool = True) -> Result:
         curves, seconds = self.columns.since(0), self.at.seconds
