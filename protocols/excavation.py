@@ -88,15 +88,15 @@ class Excavation(LoadingProtocol):
     def measure(self, state: State) -> dict[str, float]:
         """``width`` and ``height`` (m): how much wider and higher the opening is than undeformed.
 
-        From the means over the rim within 10 degrees of its horizontal and its vertical axis.
+        From the means over the rim within 10 degrees of its horizontal and its vertical axis; where no node is so near,
+        as at a side of a square between two corners, between those beside the axis.
         """
         mesh = state.mesh
         nodes = mesh.boundaries[self.opening]
         place, moved = mesh.nodes[nodes], state.displacement[nodes]
         x, y = (place - (place.min(axis=0) + place.max(axis=0)) / 2).T
         angle = np.degrees(np.arctan2(y, x))
-        ends = [np.abs((angle - towards + 180) % 360 - 180) <= BESIDE for towards in (0, 180, 90, -90)]
-        right, left, top, bottom = (moved[end].mean(axis=0) if end.any() else np.full(2, np.nan) for end in ends)
+        right, left, top, bottom = (_at((angle - towards + 180) % 360 - 180, moved) for towards in (0, 180, 90, -90))
         return {"width": float(right[0] - left[0]), "height": float(top[1] - bottom[1])}
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
@@ -104,3 +104,12 @@ class Excavation(LoadingProtocol):
         full = int(np.flatnonzero(curves["stage"] == 0)[-1])
         closed = {axis: float(curves[of][full] - curves[of][-1]) for axis, of in (("x", "width"), ("y", "height"))}
         return {f"closure_{axis}": value for axis, value in closed.items()}
+
+
+def _at(beside: np.ndarray, moved: np.ndarray) -> np.ndarray:
+    """(2,) m, how far the rim has moved at an axis, of nodes (n, 2) m that lie ``beside`` it (n,) degrees."""
+    near = np.abs(beside) <= BESIDE
+    if near.any():
+        return np.asarray(moved[near].mean(axis=0))
+    order = np.argsort(beside)
+    return np.array([np.interp(0.0, beside[order], moved[order, axis]) for axis in (0, 1)])

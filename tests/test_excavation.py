@@ -1,6 +1,7 @@
 """An opening in a rock under stress: equilibrium before it, Kirsch after it; the static start of a free specimen."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ PLATE = gl.Specimen(Voronoi(grains=60, seed=1).tessellate(plate_with_hole(0.1, 0
 
 @pytest.fixture(scope="module")
 def excavated():
-    return gl.simulate(PLATE, STIFF, Excavation(xx=-20e6, yy=-40e6, xy=5e6, release=5e-5, samples=20), frames=2)
+    return gl.simulate(PLATE, STIFF, Excavation(xx=-20e6, yy=-40e6, xy=5e6, release=5e-5, samples=20), frames=16)
 
 
 def test_before_it_the_rock_is_in_equilibrium_at_its_stress(excavated):
@@ -58,6 +59,33 @@ def test_the_rim_is_let_go_to_zero(excavated):
     last = excavated.frames[-1].displacement[hole] - excavated.frames[0].displacement[hole]
     inward = np.sum(last * PLATE.mesh.nodes[hole], axis=1) < 0
     assert inward.mean() > 0.8
+
+
+def test_frames_show_how_the_rim_is_let_go(excavated):
+    """Rest comes all at once, long after the load has changed: without the load's share all frames were of that."""
+    stage, time = excavated.curves["stage"], excavated.curves["time"]
+    began = time[np.flatnonzero(stage == 0)[-1]]
+    times = np.array([frame.time for frame in excavated.frames if frame.stage == "excavate"]) - began
+    assert np.diff(times[times <= 5e-5]).max() <= 0.2 * 5e-5
+    assert (times <= 5e-5).sum() >= 7
+    assert times[-1] == time[-1] - began
+
+
+@pytest.mark.parametrize("corner", [45.0, 30.0])
+def test_a_side_of_a_square_without_a_node_at_its_middle_moves_as_its_corners_do(corner):
+    """Corners at the same angle beside the axes: the mean of the two; of nodes within 10 degrees theirs alone."""
+    angles = np.radians([corner, 180 - corner, 180 + corner, -corner])
+    place = np.column_stack([np.cos(angles), np.sin(angles)])
+    state = SimpleNamespace(
+        mesh=SimpleNamespace(nodes=place, boundaries={"hole": np.arange(4)}),
+        displacement=np.array([[-1e-3, -4e-3], [2e-3, -4e-3], [4e-3, 2e-3], [-3e-3, 2e-3]]),
+    )
+    found = Excavation().measure(state)
+    assert found == pytest.approx({"width": -2e-3 - 3e-3, "height": -4e-3 - 2e-3})
+    state.mesh.nodes = np.vstack([place, [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]])
+    state.mesh.boundaries["hole"] = np.arange(8)
+    state.displacement = np.vstack([state.displacement, [[-5e-3, 0], [0, -6e-3], [0, 0], [0, 0]]])
+    assert Excavation().measure(state) == pytest.approx({"width": -5e-3, "height": -6e-3})
 
 
 def test_a_plate_has_the_area_of_its_circle():

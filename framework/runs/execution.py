@@ -33,6 +33,7 @@ from grainlaw.runs.stopping import Stopped
 from grainlaw.stage import Stage
 
 IDLE = 10  #: samples after which a stage without loads must have come nearer to its end
+LOADED = 0.9  #: progress of a stage that waits for rest when its loads have come
 TOLERATED_GAP = 0.5  #: energy made or lost, over the energy supplied: beyond it the run is unstable
 
 
@@ -183,13 +184,21 @@ class Execution:
         progress = max(condition.progress(seen) for condition in stage.ends)
         if self.folder is not None:  # curves before pictures, which take more room
             self.folder.sample(self.columns.since(0), self.state)
+        shown = min(max(progress, self._loaded(stage)), 1.0)
         for observer in (self.recorder, *self.watching):
-            observer.observe(self.state, curves, stage, min(progress, 1.0))
+            observer.observe(self.state, curves, stage, shown)
         if self.folder is not None:
             self.folder.keep(self.recorder.frames)
             if self.folder.summary_is_due():
                 self.folder.summarize(self._summary_so_far(), "running")
         return progress
+
+    def _loaded(self, stage: Stage) -> float:
+        """How far a stage that waits for rest is, by its loads that still change: rest itself comes all at once."""
+        lasts = self.state.imposed.lasts
+        if not 0 < lasts < np.inf or not any(end.waits_for_rest for end in stage.ends):
+            return 0.0
+        return LOADED * min((self.state.time - self.state.began) / lasts, 1.0)
 
     def _seen_by_conditions(self) -> dict[str, np.ndarray]:
         curves = self.protocol.counted(self.columns.since(0), self.at.first_sample)
