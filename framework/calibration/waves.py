@@ -112,7 +112,11 @@ class Search:
             if not len(chosen):
                 break
         if number > 1:  # else it would be the same point again
+            before = left
             design, match, left = self._with_anchor(design, match, left, number)
+            if left is not before:
+                share = f"{100 * left.share:.2g} % of the ranges"
+                self.tell(f"with them {share} are plausible; the best set is {left.least:.1f} off")
         waves[-1] = SearchWave(first, len(design.points) - first, left.share, left.least)
         if left.least > LIMIT:
             found = conflicts(match, self._tried, self.seed)
