@@ -22,7 +22,7 @@ def done(tmp_path_factory):
         '[law]\ntensile_strength = "10 MPa"\ncohesion = "30 MPa"\n'
         '[test]\nloading = {type = "constant", speed = "0.2 m/s"}\n'
     )
-    given = ("--config", config, *SMALL, "--seed", 3, "--set", "law.cohesion = 25e6", "--interactive")
+    given = ("--config", config, *SMALL, "--seed", 3, "--set", "law.cohesion = 25e6", "--interactive", "--animate")
     return invoke("test", "uniaxial-compression", *given, "--out", folder), folder
 
 
@@ -59,6 +59,8 @@ def test_file_options_and_single_values_reach_the_run_in_this_order(done):
 
 def test_a_run_writes_the_page_to_look_into_where_it_is_asked_for(done):
     assert (done[1] / "interactive.html").stat().st_size > 1e6
+    assert (done[1] / "cracks.gif").read_bytes().startswith(b"GIF89a")
+    assert '<a href="cracks.gif">' in (done[1] / "report.html").read_text("utf-8")
     assert '<a href="interactive.html">' in (done[1] / "report.html").read_text("utf-8")
 
 

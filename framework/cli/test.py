@@ -34,6 +34,7 @@ from grainlaw.runs.record import versions
 from grainlaw.runs.simulation import simulate
 
 INTERACTIVE = "interactive.html"  #: in the folder of a run
+ANIMATION = "cracks.gif"
 FOLLOWED = 20  #: contact points that break first, whose paths an interactive page has
 
 
@@ -57,12 +58,13 @@ the test, 1 for a test that could not end; what it recorded is written all the s
 @running.portable_option
 @click.option("--certify", is_flag=True, help="Test again at half the speed: what the strength tends to.")
 @click.option("--interactive", is_flag=True, help="Write interactive.html too, to click through (grainlaw[report]).")
+@click.option("--animate", is_flag=True, help="Write cracks.gif too: how the cracks grow.")
 @click.option("--quick", is_flag=True, help="A small specimen.")
 @json_option
 @click.option("--template", "shows", is_flag=True, help="Print the configuration with all parameters; run nothing.")
 def test(
     *, name: str, given: running.GivenOptions, out: Path, restart: bool, overwrite: bool, threads: Threads | None,
-    device: str | None, quick: bool, certify: bool, interactive: bool, shows: bool,
+    device: str | None, quick: bool, certify: bool, interactive: bool, animate: bool, shows: bool,
 ) -> None:  # fmt: skip
     options = {**given.options, ("numerics", "threads"): threads}
     with running.refusing():
@@ -95,10 +97,13 @@ def test(
         result, reason = _run(name, chosen, does_steps, claim, [] if probe is None else [probe])
         record = {**{key: chosen.sections[key] for key in ("sample", "numerics")}, "versions": versions()}
         write_script(claim.path, [[(name, "", result)]])
-        beside = [*([INTERACTIVE] if interactive else []), *running.linked(claim.path)]
+        asked = {INTERACTIVE: interactive, ANIMATION: animate}
+        beside = [*(name for name, is_asked in asked.items() if is_asked), *running.linked(claim.path)]
         result.write_report(claim.path / "report.html", record=record, incomplete=reason, files=beside)
         if interactive:
             write_interactive(result, claim.path / INTERACTIVE, probe=probe)
+        if animate:
+            result.animate(claim.path / ANIMATION)
         doubted = list(warnings_of({name: result}))
         answer(
             aligned(texts(result, result.summary).items()),
