@@ -15,7 +15,7 @@ import numpy as np
 
 from grainlaw.arguments import Checked
 from grainlaw.fields import ParameterError
-from grainlaw.messages import nearest, refusal
+from grainlaw.messages import LIKE, nearest, refusal
 from grainlaw.quantity import Quantity
 
 # --- recorded in every test ------------------------------------------------------------------------------------------
@@ -331,7 +331,15 @@ def misspelt(
     return found
 
 
-LIKE = 0.75  #: of two names, one of which is misspelt
+def check_panels(where: str, panels: Sequence[Panel], quantities: Sequence[Quantity]) -> None:
+    """Raise :class:`ParameterError`, which says ``where``, for a panel whose columns have several units."""
+    own = {each.name: each for each in quantities}
+    for panel in panels:
+        shown = {name: quantity_of(name, own) for name in panel.columns}
+        units = {name: look.unit_shown or "no unit" for name, look in shown.items() if look != Quantity(name)}
+        if len({*units.values()}) > 1:
+            said = ", ".join(f"{name} ({unit})" for name, unit in units.items())
+            raise ParameterError(f"{where}: a panel of columns with several units is not allowed: {said}")
 
 
 def missing(curves: Mapping[str, np.ndarray], names: Iterable[str]) -> list[str]:

@@ -65,6 +65,9 @@ def in_python(value: Any) -> str:
     return f"; write {number} * {written[0]}{rest} (grainlaw.units)"
 
 
+LIKE = 0.75  #: of two names, one of which is most likely misspelt
+
+
 def nearest(name: str, known: Iterable[str], likeness: float = 0.5) -> str:
     """A question that suggests the nearest known name, or nothing where none is as like (0 to 1)."""
     names = {each.lower(): each for each in known}  # kN is nearer to kn than to ks

@@ -17,6 +17,7 @@ from grainlaw.loading import Loading
 from grainlaw.messages import refusal
 from grainlaw.specimen import Specimen
 
+LATE, MOST = 20, 100_000  #: times the samples that are expected, and samples where none are: then a stage does not end
 RESTS = 2  #: successive samples at rest before time passes in a jump
 STILL = 0.01  #: of the ratio: work of the loads in a sample, over that so far, of a specimen whose pieces fly
 
@@ -109,11 +110,14 @@ class Stage(metaclass=Checked):
     loading: Loading | None = None  #: multiplies the speeds of all drives; they are then written for 1 m/s
     #: the stage ends when one of them is fulfilled, or one of its loads
     until: Sequence[Condition] = attrs.field(default=(), validator=_ends)
+    #: the whole test ends here when one of them is fulfilled, as where a specimen fails before it should
+    ends_test: Sequence[Condition] = ()
     interval: float = parameter("s")  #: time between samples; with a loading that at 1 m/s or 1 K/s, so m or K
     #: into which a sample is divided in which contacts are damaged, so that a strength does not depend on ``interval``
     pieces: int = whole_number(default=1, at_least=1)
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
-    sample_limit: int = whole_number(default=100_000, at_least=1)  #: the run stops with an error after so many samples
+    #: the run stops with an error after so many samples; unless given, 20 times those expected, or 100,000
+    sample_limit: int | None = whole_number(default=None, at_least=1)
     static: bool = False  #: bring the specimen under its loads by static solutions, in motion where they do not exist
     ageing: Ageing | None = None  #: time that passes in jumps, beside that of the steps
     expected: int | None = whole_number(default=None, at_least=1)  #: samples to its end, if known; a loading needs it
@@ -148,7 +152,12 @@ class Stage(metaclass=Checked):
     @property
     def ends(self) -> list[Condition]:
         """All conditions that end it."""
-        return [*self.until, *(end for load in self.loads for end in load.ends)]
+        return [*self.until, *(end for load in self.loads for end in load.ends), *self.ends_test]
+
+    @property
+    def most_samples(self) -> int:
+        """After which the run stops with an error."""
+        return self.sample_limit or (LATE * self.pieces * self.expected if self.expected else MOST)
 
     @property
     def imposed(self) -> list[Load]:

@@ -78,8 +78,8 @@ class UntilFailure(LoadingProtocol):
         interval = travel / self.samples
         expected, pieces = self.samples + self.loading.delay(interval), max(1, round(FINE / self.samples))
         return {
-            "loading": self.loading, "interval": interval, "expected": expected, "sample_limit": 20 * pieces * expected,
-            "pieces": pieces, "integrator": self.integrator,
+            "loading": self.loading, "interval": interval, "expected": expected, "pieces": pieces,
+            "integrator": self.integrator,
         }  # fmt: skip
 
 

@@ -77,15 +77,18 @@ def failure_of(curves: Curves, load: str = STRESS, deformation: str = STRAIN) ->
 
 @checked
 def failure_summary(
-    curves: Curves, load: str, deformation: str, at_failure: Mapping[str, str], **more: Any
+    curves: Curves, load: str, deformation: str, at_failure: Mapping[str, str], *, stage: int | None = None, **more: Any
 ) -> dict[str, Any]:
     """Strength by the column ``load`` (Pa), columns at the failure by their names there, largest stress, certificate.
 
     For the ``summary`` of a test: ``failure_summary(curves, "stress", "strain", {"failure_strain": "strain"})``.
-    ``more`` stands before the certificate, which knows an imbalance only in stages with a ``loading``. The strength is
+    Of the whole run, or of the ``stage`` with this number, from 0, as it stands in the curves. ``more`` stands before
+    the certificate, which knows an imbalance only in stages with a ``loading``. The strength is
     nan where nothing has failed (docs/strength.md). Raises :class:`ParameterError` for columns that are not there.
     """
     require("failure_summary", curves, load, deformation, *at_failure.values(), STAGE, *CERTIFIED)
+    if stage is not None:
+        curves = {name: column[curves[STAGE] == stage] for name, column in curves.items()}
     found = failure_of(curves, load, deformation)
     strength, largest = strength_of(found, curves[load])
     return {

@@ -232,5 +232,5 @@ def _drives(sign: float, platens: Platens, moving: Moving) -> list[Drive]:
 
 def _summary(curves: Curves, specimen: Specimen, sign: float, load: str = STRESS) -> dict[str, Any]:
     """Strength by the column ``load`` (Pa), the largest stress, moduli and certificate of a uniaxial test."""
-    moduli = elastic_moduli(curves, specimen, sign, load)
+    moduli: dict[str, Any] = {**elastic_moduli(curves, specimen, sign, load)}
     return failure_summary(curves, load, STRAIN, {"failure_strain": STRAIN}, **moduli)

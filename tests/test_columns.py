@@ -45,26 +45,6 @@ def test_a_test_that_measures_nothing_records_the_columns_of_every_test():
     assert set(curves) == {*(q.name for q in EVERY_TEST), *(ENERGY + kind for kind in ENERGIES)}
 
 
-@attrs.frozen(kw_only=True)
-class Misspelt(Pull):
-    quantities = (Quantity("forse", "kN/m"), Quantity("lenght", "mm"), Quantity("other", "mm"))
-    panels = (gl.Panel("time", ["force", "froce"]), gl.Panel("time", ["dilation"]))
-
-    def measure(self, state):
-        return {"force": 1.0, "length": 2.0}
-
-
-def test_a_misspelt_name_of_a_test_of_ones_own_is_told():
-    """What is like no name may be of other settings; a force has words and a unit already."""
-    with pytest.warns(UserWarning, match="Misspelt has") as told:
-        gl.simulate(small_sample(12), LAW, Misspelt())
-    words = sorted(str(each.message) for each in told if "Misspelt has" in str(each.message))
-    assert words == [
-        "Misspelt has a panel of 'froce', which is not recorded; did you mean 'force'?",
-        "Misspelt has a quantity 'lenght', which is neither a column nor a property; did you mean 'length'?",
-    ]
-
-
 def test_what_is_supplied_is_spent():
     curves = gl.simulate(small_sample(12), LAW, PRESS).curves
     assert set(ENERGIES) == {SUPPLIED, *SPENT}

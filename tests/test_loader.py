@@ -444,7 +444,7 @@ def test_a_stage_that_begins_goes_on_with_the_largest_work(supplied, least, foun
 def test_a_sample_in_which_damage_grows_is_done_again_in_pieces(pieces, damage, asked, kept, monkeypatch):
     """By the damage after each advance; that the specimen was damaged before, by 5, is no reason."""
     stage = SimpleNamespace(
-        pieces=pieces, sample_limit=len(kept), ageing=None, name="press", ends="the end", loads=["one"]
+        pieces=pieces, most_samples=len(kept), expected=None, ageing=None, name="press", ends="the end", loads=["one"]
     )
     monkeypatch.setattr(execution, "energies", lambda state: {})
     run, told, rows, left = object.__new__(Execution), [], [], list(damage)

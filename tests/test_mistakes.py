@@ -504,7 +504,10 @@ def test_a_file_in_a_folder_that_is_not_there_names_the_folder(tmp_path):
 
 @pytest.mark.parametrize(
     ("found", "words"),
-    [(lambda curves: {"low": curves["hight"].min()}, "KeyError: 'hight'"), (lambda curves: None, "it returned = None")],
+    [
+        (lambda curves: {"low": curves["hight"].min()}, "KeyError: 'hight'"),
+        (lambda curves: None, "it returned None, not"),
+    ],
 )
 def test_a_summary_that_fails_costs_no_run(found, words):
     with pytest.raises(gl.StageError, match=f"Own.summary, after the run: {words}.* are in error.result") as told:

@@ -53,7 +53,7 @@ RIGID = gl.Specimen(between_platens(BLOCKS.grains, 1e-3, rigid=True), {0: ROCK, 
 SLOW = gl.Constant(speed=0.5, ramp=1e-4)
 RISES = {"loading": SLOW, "samples": 40}
 #: a way of 160 um in 40 samples; while the speed rises over 50 um, 25 um are lost: 7 samples; 800 samples in all
-WAY = {"loading": SLOW, "interval": 4e-6, "expected": 47, "pieces": 20, "sample_limit": 20 * 20 * 47}
+WAY = {"loading": SLOW, "interval": 4e-6, "expected": 47, "pieces": 20}
 
 
 def drive(boundary, axis, speed, **more):
@@ -89,7 +89,7 @@ def test_platens_approach_or_part():
     with pytest.raises(gl.ParameterError, match="UniaxialTension: the specimen has platens of its own"):
         pull.stages(BETWEEN)
     (fine,) = attrs.evolve(press, samples=2000, loading=gl.Constant(speed=0.5)).stages(BLOCKS)
-    assert (fine.pieces, fine.expected, fine.sample_limit) == (1, 2000, 40_000)
+    assert (fine.pieces, fine.expected, fine.most_samples) == (1, 2000, 40_000)
 
 
 @pytest.mark.parametrize("specimen", [BLOCKS, BETWEEN, RIGID], ids=["alone", "between platens", "rigid platens"])
@@ -144,7 +144,7 @@ def test_a_disc_is_pressed_between_its_jaws():
     way = 0.01 * 20e-3 * np.cos(np.radians(10)) / 40
     lost = int(np.ceil(25e-6 / way))
     stage = gl.Stage(
-        name="split", loading=SLOW, interval=way, expected=40 + lost, pieces=20, sample_limit=400 * (40 + lost),
+        name="split", loading=SLOW, interval=way, expected=40 + lost, pieces=20,
         loads=[drive("top", 1, -1.0), *held(1, "bottom"), *held(0, "top", "bottom")],
         until=[Reaches("strain", 0.01), FailsTo("stress", 0.9)],
     )  # fmt: skip

@@ -60,7 +60,8 @@ PRESSED = gl.Panel("strain", ["stress"])
 
 
 def recorded(curves):
-    return SimpleNamespace(curves=curves, shown=lambda name: curves[name] * {"strain": 100, "stress": 1e-6}[name])
+    factors = {"strain": 100, "stress": 1e-6}
+    return SimpleNamespace(curves=curves, summary={}, shown=lambda name: curves[name] * factors[name])
 
 
 def test_bars_of_strengths_by_hand():

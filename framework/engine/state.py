@@ -38,6 +38,7 @@ from grainlaw.engine.parts.zones import Zones
 from grainlaw.engine.step import Parts, Shared
 from grainlaw.fields import ParameterError
 from grainlaw.loads import InitialVelocity
+from grainlaw.messages import LIKE, nearest
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Load, Stage
 
@@ -314,12 +315,28 @@ class State(metaclass=Checked):
         return float(self.grains.rotations(self.freedoms, self.positions)[grain])
 
     def reaction(self, boundary: str) -> np.ndarray:
-        """(2,) N per metre, reaction of the drives of a boundary, mean over the steps since the last sample."""
+        """(2,) N per metre, reaction of the drives of a boundary, mean over the steps since the last sample.
+
+        Raises :class:`ParameterError` for a boundary that is not there.
+        """
+        self._check_boundary("reaction", boundary)
         return self.boundaries.reaction(boundary)
 
     def moved(self, boundary: str) -> np.ndarray:
-        """(2,) m: mean displacement of a boundary where forces act, averaged over the steps since the last sample."""
+        """(2,) m: mean displacement of a boundary where forces act, averaged over the steps since the last sample.
+
+        Raises :class:`ParameterError` for a boundary that is not there.
+        """
+        self._check_boundary("moved", boundary)
         return self.boundaries.moved(boundary, self.displacement_at_forces())
+
+    def _check_boundary(self, where: str, boundary: str) -> None:
+        if boundary not in self.mesh.boundaries:
+            has = ", ".join(sorted(self.mesh.boundaries))
+            raise ParameterError(
+                f"state.{where}: there is no boundary '{boundary}'{nearest(boundary, self.mesh.boundaries)} "
+                f"(there are: {has})"
+            )
 
     @property
     def beyond_elastic(self) -> np.ndarray:
@@ -377,7 +394,13 @@ class State(metaclass=Checked):
         return self.bonds.books.replaced
 
     def memory(self, name: str) -> np.ndarray:
-        """(p,) one variable of the laws' memory; zero where a law has no such memory."""
+        """(p,) one variable of the laws' memory; zero where a law has no such memory.
+
+        Raises :class:`ParameterError` for a name that none has and that is like one which some have.
+        """
+        known = {each for group in self.bonds.groups for each in group.compiled.memory}
+        if name not in known and (like := nearest(name, known, LIKE)):
+            raise ParameterError(f"state.memory: no law has '{name}' in its memory{like}")
         return self.bonds.memory(name, np.zeros(2 * len(self.bonds)))
 
     @property

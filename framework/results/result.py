@@ -29,7 +29,7 @@ from grainlaw.columns import (
 from grainlaw.contact import dilates, each_law
 from grainlaw.fields import ParameterError, checked_number, checked_vector, checked_whole_number
 from grainlaw.mesh import Mesh
-from grainlaw.messages import nearest, refusal
+from grainlaw.messages import nearest, refusal, short
 from grainlaw.quantity import Quantity
 from grainlaw.results.certificate import doubts, texts
 from grainlaw.results.files import write_atomically
@@ -158,7 +158,7 @@ class Result(metaclass=Checked):
         """Make the result from the state at the end of a run, with or without what the test finds ``of_test``."""
         found = protocol.summary(curves, state.specimen) if curves and of_test else {}
         if not isinstance(found, Mapping):
-            raise refusal("it returned", found, "a dictionary of properties by name")
+            raise ParameterError(f"it returned {short(found)}, not a dictionary of properties by name")
         summary = Named(found)
         summary |= {
             TENSILE_CRACKS: int(curves[TENSILE_CRACKS][-1]) if curves else 0,

@@ -10,7 +10,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.columns import ENERGY, SPENT, STAGE_TIME, SUPPLIED, THERMAL, TIME, misspelt
+from grainlaw.columns import ENERGY, SPENT, STAGE_TIME, SUPPLIED, THERMAL, TIME, is_of_every_test, misspelt
 from grainlaw.conditions import StageError
 from grainlaw.engine import ageing
 from grainlaw.engine.diagnosis import fastest, first_fault
@@ -59,6 +59,8 @@ def measured_by(protocol: LoadingProtocol, state: State) -> Mapping[str, float]:
     if not isinstance(found, Mapping):
         raise refusal(where, found, "a dictionary of numbers by name")
     for name, value in found.items():
+        if is_of_every_test(name):
+            raise ParameterError(f"{where}: {name} is recorded in every test, give what is measured another name")
         if np.ndim(value) or isinstance(value, str) or value is None:
             raise refusal(f"{where}: {name}", value, "one number")
     return found
@@ -130,7 +132,7 @@ class Execution:
         if not self.goes_on and not self.columns.count:
             warn_of_cost(state, self.stages, self.stepper.do)
         self.goes_on = False
-        while self.columns.count - self.at.first_sample < stage.sample_limit:
+        while self.columns.count - self.at.first_sample < stage.most_samples:
             moment = self.moment()
             steps, began = self.loader.steps(stage, self.at.pieces), state.time
             damage = state.damage if stage.pieces > 1 else 0.0
@@ -158,13 +160,14 @@ class Execution:
             self.loader.go_on(stage)
             self.at.pieces = max(stage.pieces if grown else 1, self.loader.pieces(stage))
             if self._observe(stage) >= 1 or self._has_aged(stage):
-                self.at.finished = self.at.stage == len(self.stages) - 1
+                self.at.finished = self.at.stage == len(self.stages) - 1 or self._ends_test(stage)
                 self.at.stage += not self.at.finished
                 return
             self._refuse_idle(stage)
             if self.folder is not None and self.folder.checkpoint_is_due():
                 self._save(self.moment())
-        waited = f"stage '{stage.name}' did not end within {stage.sample_limit} samples"
+        expected = f" ({stage.expected} were expected)" if stage.expected else ""
+        waited = f"stage '{stage.name}' did not end within {stage.most_samples} samples{expected}"
         raise StageError(f"{waited}; it waits for {stage.ends}")
 
     def _begin(self, stage: Stage) -> None:
@@ -203,6 +206,9 @@ class Execution:
     def _seen_by_conditions(self) -> dict[str, np.ndarray]:
         curves = self.protocol.counted(self.columns.since(0), self.at.first_sample)
         return {**curves, STAGE_TIME: curves[TIME] - self.state.began}
+
+    def _ends_test(self, stage: Stage) -> bool:
+        return any(condition.progress(self._seen_by_conditions()) >= 1 for condition in stage.ends_test)
 
     def _has_aged(self, stage: Stage) -> bool:
         """Let time pass where the specimen rests; whether all of it has passed before."""

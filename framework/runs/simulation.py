@@ -9,6 +9,7 @@ from typing import Any
 import attrs
 
 from grainlaw.arguments import checked, is_number
+from grainlaw.columns import check_panels
 from grainlaw.conditions import StageError
 from grainlaw.contact import Laws
 from grainlaw.detection import EVERYWHERE, Detection
@@ -167,6 +168,7 @@ def begun(
     state = State(model)
     stages = list(protocol.stages(state.specimen))
     check_ageing(model, stages)
+    check_panels(type(protocol).__name__, protocol.panels, protocol.quantities)
     if integrator is not None:
         stages = [attrs.evolve(stage, integrator=integrator) for stage in stages]
     for stage in stages:

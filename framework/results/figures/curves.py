@@ -36,7 +36,7 @@ from grainlaw.results.figures.cracks import SHEAR, TENSILE, count_below, draw_cr
 from grainlaw.results.means import Samples
 from grainlaw.results.measured import MeasuredCurve
 from grainlaw.results.result import Result
-from grainlaw.strength import LOADS, borne_in
+from grainlaw.strength import LOADS, Borne, borne_in
 
 LONG = 40  #: letters of an axis on a panel; longer ones are broken at their comma
 EVERY = 0.12  #: of a picture's width between two markers
@@ -59,7 +59,7 @@ def draw_curves(axes: Axes, results: Mapping[str, Result]) -> None:
     column = panel.columns[0]
     for k, (name, result) in enumerate(results.items()):
         x, y = map(result.shown, panel.names)
-        found = borne_in(result.curves) if (column, panel.over) in LOADS else None
+        found = _failure(result, column, panel.over)
         failed = found is not None and found.failed
         look: dict[str, Any] = {"color": color(k), "marker": marker(k), "markersize": 6}
         at = [found.at] if found and failed else []
@@ -168,7 +168,7 @@ def _draw_peaks(axes: Axes, panel: Panel, results: list[Result], k: int) -> bool
     """Whether there was a strength of all of them to draw."""
     if (panel.columns[0], panel.over) not in LOADS:
         return False
-    found = [borne_in(result.curves) for result in results]
+    found = [_failure(result, panel.columns[0], panel.over) for result in results]
     places = [each.at for each in found if each is not None and each.failed]
     if len(places) < len(results):
         return False
@@ -318,9 +318,21 @@ def _draw(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> None:
         axes.legend(frameon=False, fontsize="small", loc="upper left" if cut else "best")
 
 
+def _failure(result: Result, column: str, over: str) -> Borne | None:
+    """The failure of a load over its deformation, None for other columns: that of the run, or where a test's own is.
+
+    The summary of a test of several stages may judge one of them alone.
+    """
+    found = borne_in(result.curves) if (column, over) in LOADS else None
+    own = np.flatnonzero(result.curves[column] == result.summary.get("strength"))
+    if found is None or not len(own) or found.at in own:
+        return found
+    return attrs.evolve(found, failed=True, at=int(own[0]))
+
+
 def _mark_strength(axes: Axes, over: str, column: str, result: Result, paint: Any) -> None:
     """A full mark at the first failure, an open one at a largest load above it."""
-    found = borne_in(result.curves) if (column, over) in LOADS else None
+    found = _failure(result, column, over)
     if found is None or not found.failed or is_whole(result):
         return
     for at, filling in ((found.at, "full"), (found.largest, "none")):

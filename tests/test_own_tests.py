@@ -1,0 +1,170 @@
+"""Tests of one's own: what they may say, what they are told, and how they end."""
+
+import attrs
+import numpy as np
+import pytest
+from support import BRITTLE, small_sample
+
+import grainlaw as gl
+from grainlaw.protocols import failure_summary
+
+BOTTOM = gl.loads.Drive(boundary="bottom", axis=1, speed=0)
+
+
+@attrs.frozen(kw_only=True)
+class Pulled(gl.LoadingProtocol):
+    """Pulls the top for a moment."""
+
+    def stages(self, specimen):
+        drives = [gl.loads.Drive(boundary="top", axis=1, speed=0.1), BOTTOM]
+        return [gl.Stage(name="pull", loads=drives, until=[gl.conditions.Lasts(1e-5)], interval=1e-6)]
+
+    def measure(self, state):
+        return {"force": state.reaction("top")[1]}
+
+    def summary(self, curves, specimen):
+        return {}
+
+
+# --- names ------------------------------------------------------------------------------------------------------------
+
+
+@attrs.frozen(kw_only=True)
+class Misspelt(Pulled):
+    quantities = (gl.Quantity("forse", "kN/m"), gl.Quantity("lenght", "mm"), gl.Quantity("other", "mm"))
+    panels = (gl.Panel("time", ["force", "froce"]), gl.Panel("time", ["dilation"]))
+
+    def measure(self, state):
+        return {"force": 1.0, "length": 2.0}
+
+
+def test_a_misspelt_name_of_a_test_of_ones_own_is_told():
+    """What is like no name may be of other settings; a force has words and a unit already."""
+    with pytest.warns(UserWarning, match="Misspelt has") as told:
+        gl.simulate(small_sample(12), BRITTLE, Misspelt())
+    words = sorted(str(each.message) for each in told if "Misspelt has" in str(each.message))
+    assert words == [
+        "Misspelt has a panel of 'froce', which is not recorded; did you mean 'force'?",
+        "Misspelt has a quantity 'lenght', which is neither a column nor a property; did you mean 'length'?",
+    ]
+
+
+@attrs.frozen(kw_only=True)
+class Careless(Pulled):
+    """A test with one mistake."""
+
+    column: str = "force"
+    panel: tuple = ("force",)
+    read: str = ""
+    quantities = (gl.Quantity("wide", "mm"),)
+
+    @property
+    def panels(self):
+        return (gl.Panel("time", self.panel, "what is drawn"),)
+
+    def measure(self, state):
+        found = {self.column: 1.0, "wide": 0.0}
+        if self.read:
+            getattr(state, self.read.split()[0])(self.read.split()[1])
+        return found
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"column": "stage"}, r"Careless.measure: stage is recorded in every test, give what is measured another name"),
+        ({"column": "energy_kinetic"}, "energy_kinetic is recorded in every test"),
+        (
+            {"panel": ("force", "wide")},
+            r"Careless: a panel of .* several units .*force \(kN/m\), wide \(mm\)",
+        ),
+        (
+            {"read": "moved topp"},
+            r"moved: there is no boundary 'topp'; did you mean 'top'\? \(there are: bottom,",
+        ),
+        (
+            {"read": "reaction lid"},
+            r"reaction: there is no boundary 'lid' \(there are: bottom, left, right, top\)",
+        ),
+        ({"read": "memory damge"}, r"state.memory: no law has 'damge' in its memory; did you mean 'damage'\?"),
+    ],
+)
+def test_mistakes_of_a_test_of_ones_own_are_refused(given, words):
+    with pytest.raises(gl.ParameterError, match=words):
+        gl.simulate(small_sample(12), BRITTLE, Careless(**given))
+    gl.simulate(small_sample(12), BRITTLE, Careless(read="memory fatigue"))  # other laws have it
+
+
+# --- how a test ends --------------------------------------------------------------------------------------------------
+
+
+@attrs.frozen(kw_only=True)
+class Twice(gl.LoadingProtocol):
+    """Pulls until it fails, and pulls what is left, or ends there; the last stage may wait for what never comes."""
+
+    ends: bool = False
+    expected: int | None = None
+    again: float = 1e-5
+
+    def stages(self, specimen):
+        def pull(name, speed, **more):
+            loads = [gl.loads.Drive(boundary="top", axis=1, speed=speed, ramp=2e-5), BOTTOM]
+            return gl.Stage(name=name, loads=loads, interval=1e-6, **more)
+
+        failure, until = [gl.conditions.Fails("stress", "strain")], [gl.conditions.Reaches("strain", 0.01)]
+        first = {"until": until, "ends_test": failure} if self.ends else {"until": [*failure, *until]}
+        waits = [gl.conditions.Lasts(self.again) if self.expected is None else gl.conditions.Reaches("stress", 1e12)]
+        return [pull("pull", 0.05, **first), pull("again", 0.05, until=waits, expected=self.expected)]
+
+    def measure(self, state):
+        (low, high), lengths = state.specimen.grains.region.bounds, state.mesh.boundary_lengths
+        return {
+            "stress": state.reaction("top")[1] / lengths["top"], "strain": state.moved("top")[1] / (high - low)[1],
+        }  # fmt: skip
+
+    def summary(self, curves, specimen):
+        return failure_summary(curves, "stress", "strain", {"failure_strain": "strain"})
+
+
+def test_a_test_can_end_before_its_last_stage():
+    whole, ended = (gl.simulate(small_sample(12), BRITTLE, Twice(ends=ends)) for ends in (False, True))
+    assert set(whole.curves["stage"]) == {0, 1}
+    assert set(ended.curves["stage"]) == {0}
+    first = whole.curves["stage"] == 0
+    assert np.array_equal(ended.curves["stress"], whole.curves["stress"][first])
+    assert ended.summary["strength"] == whole.summary["strength"] > 0
+
+
+def test_a_stage_that_takes_twenty_times_its_samples_ends_the_run():
+    words = r"stage 'again' did not end within 60 samples \(3 were expected\); it waits for .*Reaches"
+    with pytest.raises(gl.StageError, match=words) as told:
+        gl.simulate(small_sample(12), BRITTLE, Twice(expected=3))
+    assert (told.value.result.curves["stage"] == 1).sum() == 60
+    stages = [gl.Stage(name="a", until=[gl.conditions.Lasts(1)], interval=1.0, **more)
+              for more in ({}, {"expected": 5, "pieces": 4}, {"expected": 5, "sample_limit": 7})]  # fmt: skip
+    assert [stage.most_samples for stage in stages] == [100_000, 400, 7]
+
+
+# --- strength ---------------------------------------------------------------------------------------------------------
+
+
+def curves(result):
+    """Two stages: one that fails at 60 MPa, and one, from there on, at 119 MPa."""
+    way = np.arange(1, 41) * 1e-4
+    load = np.concatenate([np.linspace(3e6, 60e6, 16), np.full(4, 30e6), np.linspace(30e6, 119e6, 16), np.full(4, 5e6)])
+    columns = {name: np.zeros(40) for name in result.curves}
+    return {**columns, "damaged": way * 1e5, "stress": load, "strain": way, "stage": np.repeat([0.0, 1.0], 20)}
+
+
+def test_a_picture_marks_the_strength_of_the_stage_that_the_test_judges():
+    result = gl.simulate(small_sample(12), BRITTLE, Twice())
+    made = curves(result)
+    for stage, strength in ((None, 60e6), (1, 119e6)):
+        judged = failure_summary(made, "stress", "strain", {"failure_strain": "strain"}, stage=stage)
+        assert judged["strength"] == strength
+        drawn = attrs.evolve(result, curves=made, summary=judged)
+        for axes in (drawn.plot().axes[0], gl.plot_curves(drawn).axes[0]):
+            marks = [line for line in axes.lines if line.get_marker() not in ("None", "", None)]
+            full = [line for line in marks if line.get_fillstyle() == "full"]
+            at = [line.get_ydata()[line.get_markevery() or [0]] for line in full]
+            assert np.concatenate(at) == pytest.approx([strength / 1e6])
