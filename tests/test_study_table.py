@@ -47,6 +47,13 @@ def test_pairs_are_those_of_students_paired_test(drawn, tmp_path):
         assert (entry.count, entry.unpaired, entry.group) == (8, 0, {})
 
 
+def test_a_difference_from_next_to_nothing_has_no_share(tmp_path):
+    drawn = {("A", 0): 1.0, ("A", 1): 3.0, ("B", 0): 100e6, ("B", 1): 104e6}
+    assert "%" not in str(peaks(drawn, tmp_path / "s").paired("law")["strength"]).splitlines()[-1].partition("to")[2]
+    shifted = {key: value + 2e6 for key, value in drawn.items()}
+    assert "+5100.0 %" in str(peaks(shifted, tmp_path / "t").paired("law")["strength"])
+
+
 def test_an_interval_is_that_of_students_test_of_one_sample(drawn, tmp_path):
     for entry in peaks(drawn, tmp_path / "s").means("law")["strength"]:
         values = np.array([drawn[entry.group["law"], seed] for seed in range(8)])

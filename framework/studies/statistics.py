@@ -19,6 +19,7 @@ from grainlaw.quantity import Quantity, aligned
 from grainlaw.results.means import quantile, spread
 from grainlaw.results.tables import latex_lines
 
+NO_SHARE = 100.0  #: a difference over a mean at the first level that is next to nothing
 MOST = 10_000_000  #: samples that are asked for at most
 
 Interval = tuple[float, float]
@@ -169,7 +170,7 @@ def _row(entry: Any, look: Quantity) -> list[str]:
     head = [", ".join(level(name, value) for name, value in entry.group.items()) or "all"]
     if isinstance(entry, Difference):
         first, second = (level(entry.factor, each) for each in entry.levels)
-        share = f"{100 * entry.share:+.1f} %" if math.isfinite(entry.share) else "-"
+        share = f"{100 * entry.share:+.1f} %" if abs(entry.share) < NO_SHARE else "-"
         higher = f"{entry.higher} of {entry.count}"
         p_value = "-" if math.isnan(entry.p_value) else f"{entry.p_value:.2g}"
         return [*head, f"{second} - {first}", str(entry.count), *value, share, higher, p_value]
