@@ -169,6 +169,8 @@ def test_points_left_out_are_shown_over_what_they_are(given):
     assert bars == ucs([[0.9, 1.3], [2.4, 3.2], [1.4, 2.6]])
     assert [first.lines[-1].get_xdata(), first.lines[-1].get_ydata()] == [ucs([1.0, 3.0])] * 2
     assert second.lines[0].get_ydata() == pytest.approx([0.1, 1.8, 1.0])
+    given.found.match.emulators["ucs"].q_squared = math.nan
+    assert figures.left_out(given).axes[0].get_title() == "UCS (MPa)\nthe same at all points, by similarity"
 
 
 def test_the_envelope_is_the_line_of_cohesion_and_friction_angle(given):
@@ -255,6 +257,22 @@ def test_a_target_is_met_within_five_percent_or_in_the_interval(answered):
         "call keeps all that was tested."
     )
     assert (near.enough, far.enough) == (near.count, far.count)
+
+
+@pytest.mark.thorough
+def test_what_a_first_look_knows_better_and_what_lies_at_an_end_is_told(answered):
+    def told(ends):
+        look = SimpleNamespace(posterior=SimpleNamespace(interval=lambda k: ends[k]))
+        seen = SimpleNamespace(first_look=look, identifiability=answered.identifiability, space=answered.space)
+        return Calibration._better_known.fget(seen)
+
+    ranges = [RANGES[name] for name in HIDDEN]
+    assert told(ranges) == []
+    [words] = told([(10.9e6, 11.1e6), *ranges[1:]])
+    assert words.startswith("The first look has tensile_strength between 10.9 MPa and 11.1 MPa: more seeds or points")
+    assert not [words for words in answered.verdicts if "at an end" in words]
+    edge = attrs.evolve(answered, best={**answered.best, "friction_angle": RANGES["friction_angle"][1] - 0.05})
+    assert edge.verdicts[-1] == "friction_angle of the best at an end of the range: a wider one may meet more."
 
 
 @pytest.mark.thorough

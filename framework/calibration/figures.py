@@ -113,7 +113,9 @@ def left_out(found: Calibration) -> Figure:
         axes.errorbar(tested, middle, reach, fmt=".", color=BLUE, ecolor="0.75", markersize=5)
         ends = [tested.min(), tested.max()]
         axes.plot(ends, ends, color=BLACK, linewidth=0.8)
-        axes.set_title(f"{aim.shown.heading}\nQ2 {emulator.q_squared:.3f}", fontsize=9)
+        share = emulator.q_squared
+        said = f"Q2 {share:.3f}" if math.isfinite(share) else "the same at all points, by similarity"
+        axes.set_title(f"{aim.shown.heading}\n{said}", fontsize=9)
         axes.grid(alpha=0.25)
     for axes in places[len(every) :]:
         axes.remove()

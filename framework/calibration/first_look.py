@@ -404,7 +404,8 @@ class FirstLook(metaclass=Checked):
             text = AIMS[name].shown.text
             told.append([AIMS[name].shown.heading, text(targets[name].value), text(value),
                          f"{text(least)} to {text(most)}"])  # fmt: skip
-        parts = [aligned(rows, rule=True), aligned(told, rule=True)]
+        ends = self.match.space.at_ends(self.posterior.best)
+        parts = [aligned(rows, rule=True), *([ends] if ends else []), aligned(told, rule=True)]
         return "\n\n".join([self.stiffness.in_words, *parts] if self.stiffness else parts)
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import attrs
+import numpy as np
 
 from grainlaw.arguments import Checked
 from grainlaw.calibration.check import Compared
@@ -30,6 +31,7 @@ from grainlaw.runs.record import versions
 from grainlaw.short_form import rounded
 from grainlaw.specimen import Specimen
 
+BETTER = 0.5  #: of the width of an interval: what a first look knows better is told
 REPORT, NUMBERS = "report.html", "calibration.json"
 NOTHING = (
     f"Nothing in the ranges is plausible: every set of parameters is {LIMIT:g} standard errors or more off a target."
@@ -142,6 +144,7 @@ class Calibration(metaclass=Checked):
         lines = []
         if found.not_determined:
             lines.append(f"These tests do not determine {', '.join(found.not_determined)}.")
+        lines += self._better_known
         for each in found.unseen:
             lines.append(f"They do not see: {each.words} ({100 * each.width:.0f} % of the prior's deviation is left).")
         if found.further:
@@ -156,7 +159,23 @@ class Calibration(metaclass=Checked):
                 f"{count} fresh specimens are too few to tell whether {' and '.join(undecided)} is met: try "
                 f"fresh = {enough}, the same call keeps all that was tested."
             )
+        if ends := self.space.at_ends(np.array([self.best[name] for name in self.space.names])):
+            lines.append(ends)
         return lines or ["The tests see all directions."]
+
+    @property
+    def _better_known(self) -> list[str]:
+        """Of which parameters the thousand rocks of a first look know more than these tests."""
+        known = self.first_look.posterior if self.first_look else None
+        if known is None or self.identifiability is None:
+            return []
+        lines = []
+        for k, (each, free) in enumerate(zip(self.identifiability.parameters, self.space.free, strict=True)):
+            low, high = known.interval(k)
+            if free.share(np.array(high)) - free.share(np.array(low)) < BETTER * each.width:
+                ends = f"{rounded(low, free.unit)} and {rounded(high, free.unit)}"
+                lines.append(f"The first look has {each.name} between {ends}: more seeds or points would tell as much.")
+        return lines
 
     @property
     def check_lines(self) -> list[list[str]]:

@@ -19,6 +19,7 @@ from grainlaw.messages import nearest, refusal, short
 #: Power of the strengths with which a parameter of a unit grows if the rock becomes stronger and stays as stiff:
 #: strains and displacements grow alike, times and lengths of the specimen do not.
 POWERS = {"Pa": 1, "J/m2": 2, "m": 1, "m/s": 1, "Pa/m": 0, "deg": 0, "1": 0, "s": 0, "1/s": 0, "kg/m3": 0}
+AT_END = 0.01  #: of a range: so near its end lies what would go beyond it
 DIGITS = 5  #: of parameters that are tried
 MOST_REFUSED = 200  #: times as many points as are wanted
 
@@ -159,6 +160,12 @@ class Space(metaclass=Checked):
     @property
     def ends(self) -> dict[str, tuple[float, float]]:
         return {free.name: (free.low, free.high) for free in self.free}
+
+    def at_ends(self, point: np.ndarray) -> str:
+        """What parameters (d,) lie at an end of their ranges, in words; empty where none does."""
+        shares = zip(self.names, self.places(point[None])[0], strict=True)
+        named = [name for name, share in shares if min(share, 1 - share) < AT_END]
+        return f"{' and '.join(named)} of the best at an end of the range: a wider one may meet more." if named else ""
 
     # --- similarity --------------------------------------------------------------------------------------------------
 
