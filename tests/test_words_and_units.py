@@ -12,6 +12,7 @@ import grainlaw as gl
 from grainlaw.cli.configuration import configured
 from grainlaw.cli.setups import SETUPS
 from grainlaw.columns import ENERGIES, ENERGY, EVERY_TEST, SHARED, STAGE, quantity_of
+from grainlaw.engine.ageing import columns
 from grainlaw.laws import Linear
 from grainlaw.protocols import Brazilian, Cyclic, DirectShear, FreeMotion, Saturated
 from grainlaw.unit_text import without_prefixes
@@ -23,6 +24,8 @@ def names_of(specimen, law, protocol):
     state = state_of(specimen, law)
     state.begin(stages[0])
     measured = protocol.measure(state)
+    if any(stage.ageing for stage in stages):
+        measured |= columns(state)
     rising = np.linspace(0.0, 1.0, 40)
     every = [*(each.name for each in EVERY_TEST), *(ENERGY + kind for kind in ENERGIES), *measured]
     last = float(len(stages) - 1)
