@@ -243,18 +243,22 @@ def test_the_tables_tell_parameters_and_the_check(answered):
 @pytest.mark.thorough
 def test_a_target_is_met_within_five_percent_or_in_the_interval(answered):
     row = next(row for row in answered.checks if row.name == "ucs")
-    near = attrs.evolve(row, measured=1.04 * row.target.value, interval=(0, 1))
+    near = attrs.evolve(
+        row, measured=1.04 * row.target.value, interval=(1.01 * row.target.value, 1.07 * row.target.value)
+    )
     assert near.is_met
     assert near.off == pytest.approx(0.04)
     far = attrs.evolve(row, measured=1.2 * row.target.value, interval=(1.1 * row.target.value, 1.3 * row.target.value))
     assert far.is_met is False
     assert attrs.evolve(far, interval=(0.95 * row.target.value, 1.1 * row.target.value)).is_met
+    by_luck = attrs.evolve(near, interval=(0.8 * row.target.value, 1.28 * row.target.value))
+    assert by_luck.verdict == "undecided"
     wide = attrs.evolve(far, interval=(0.9 * row.target.value, 1.5 * row.target.value))
     assert (wide.is_met, wide.verdict, far.verdict, near.verdict) == (None, "undecided", "not met", "met")
     told = attrs.evolve(answered, checks=(wide,)).verdicts[-1]
     assert told == (  # three times as wide as what tells
-        f"{wide.count} fresh specimens are too few to tell whether UCS is met: try fresh = {9 * wide.count}, the same "
-        "call keeps all that was tested."
+        f"{wide.count} fresh specimens are too few to tell whether UCS is met: try fresh = {9 * wide.count} (of "
+        "[calibration]), the same call keeps all that was tested."
     )
     assert (near.enough, far.enough) == (near.count, far.count)
 

@@ -305,4 +305,4 @@ def test_a_calibration_is_told_as_a_whole(tmp_path, monkeypatch):
     ]
     made.whole.planned = 2
     made.whole.tell(0.0)
-    assert said[2:] == [(1.0, "3 of at most 2 tests")]
+    assert said[2:] == [(1.0, "3 of at most 3 tests")]

@@ -21,7 +21,10 @@ from grainlaw.cli.components import own, settings
 from grainlaw.cli.configuration import configured
 from grainlaw.cli.sections import read_file
 from grainlaw.fields import ParameterError
+from grainlaw.runs.progress_file import of_process
 from grainlaw.runs.stopping import Stopped
+from grainlaw.studies.watched import watched
+from grainlaw.studies.workers import Whole
 from grainlaw.units import GPa, MPa
 
 calibrate = importlib.import_module("grainlaw.cli.calibrate")
@@ -108,7 +111,7 @@ def test_targets_have_units():
         ('["10 MPa", "30 MPa"]', '"20 MPa"', "free.cohesion = '20 MPa' is not allowed, it must be a list"),
         ('["10 MPa", "30 MPa"]', '["20 MPa"]', "free.cohesion = ['20 MPa'] is not allowed, it must be a list: lowest"),
         ('["10 MPa", "30 MPa"]', '["60 MPa", "20 MPa"]', "free.cohesion = ['60 MPa', '20 MPa'] is not allowed"),
-        ("budget = 10", "budget = 9", "budget = 9 is not allowed"),
+        ("budget = 10", "budget = 9", "calibrate: budget = 9 is not allowed, it must be at least 10: 2 times 5 points"),
         ("[calibration]", "[calibration]\nelastic = 'none'", "elastic = 'none' is not allowed"),
         ("tension =", "pulling =", "there is no 'tests.pulling'"),
         ("[law]", "[numerics]\nmass_scaling = 2\n[law]", "there is no 'numerics.mass_scaling'"),
@@ -189,6 +192,22 @@ def test_an_answer_to_other_targets_is_told_before_it_is_replaced(tmp_path, monk
     assert f"written to {folder}/: tests/; of before: calibration.json" in same
     other = invoke("calibrate", written(tmp_path, FILE.replace('"30 MPa"', '"31 MPa"'))).output
     assert "has the answer to other targets or ranges: calibration.json are replaced in the end" in other
+
+
+def test_another_process_that_calibrates_in_the_folder_is_told(tmp_path, monkeypatch):
+    """From its first moment on, before it has tested anything; it may test more than was planned."""
+    monkeypatch.setattr(calibrate, "run", lambda **given: 1 / 0)
+    file, folder = written(tmp_path), tmp_path / "rock"
+    assert "another process" not in invoke("calibrate", file).output
+    (folder / "tests").mkdir(parents=True)
+    whole = Whole("calibration", 12, of_process(folder / "tests", {}), None)
+    whole.begin()
+    seen = watched(folder)
+    assert (seen.kind, seen.state, seen.done, seen.total) == ("calibration", "running", 0, 12)
+    assert f"another process calibrates in {folder}: the answer" in " ".join(invoke("calibrate", file).output.split())
+    whole.done |= {str(k) for k in range(15)}
+    whole.begin()
+    assert (watched(folder).done, watched(folder).total) == (15, 15)
 
 
 def test_the_rock_that_was_found_is_a_file_that_runs(tmp_path):

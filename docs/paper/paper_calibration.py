@@ -98,10 +98,15 @@ def checked_cell(answer: Mapping[str, Any], name: str) -> str:
     look, each = AIMS[name].shown, checks[name]
     low, high = each["interval"]
     between = "" if low is None else f" ({look.text(low)} to {look.text(high)})"
-    ends = (math.nan, math.nan) if low is None else (low, high)
-    target = Target(**each["target"]) if each["target"] else None
-    said = Compared(name, target, math.nan, ends, each["measured"], ends, each["count"]).verdict
+    said = verdict_of(each)
     return f"{look.text(each['measured'])}{between}{said and f', {said}'}"
+
+
+def verdict_of(check: Mapping[str, Any]) -> str:
+    """Whether what fresh seeds gave is the target; empty without one."""
+    ends = tuple(math.nan if end is None else end for end in check["interval"])
+    target = Target(**check["target"]) if check["target"] else None
+    return Compared(check["name"], target, math.nan, ends, check["measured"], ends, check["count"]).verdict
 
 
 def parameters(found: Mapping[str, Any]) -> list[list[str]]:

@@ -9,7 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 from joint import Joint, Row, softening
-from paper_calibration import words_of
+from paper_calibration import verdict_of, words_of
 from paper_runs import BREAKING, CONFINEMENTS, CONSISTENT, LOCAL, PRINTED, RULES, SEEDS
 
 from grainlaw.laws import BandisClosure, CohesiveCrack, TensionShear
@@ -171,12 +171,13 @@ def statement(paper: Paper) -> list[str]:
         )
     for law, answer in paper.calibrated.items():
         checks = [each for each in answer.get("checks", ()) if each["target"]]
-        missed = [each["name"].replace("_", " ") for each in checks if not each["is_met"]]
+        verdicts = {each["name"].replace("_", " "): verdict_of(each) for each in checks}
+        others = [f"{name} {verdict}" for name, verdict in verdicts.items() if verdict != "met"]
         known = answer.get("identifiability", {}).get("parameters", ())
         unknown = [words_of(each["name"]) for each in known if each["verdict"] == "not determined"]
         found.append(
-            f"{law}, calibrated: {len(checks) - len(missed)} of {len(checks)} targets are met on fresh seeds"
-            + (f", not {', '.join(missed)}" if missed else "")
+            f"{law}, calibrated: {len(checks) - len(others)} of {len(checks)} targets are met on fresh seeds"
+            + (f", {', '.join(others)}" if others else "")
             + (f"; these tests do not determine {', '.join(unknown)}." if unknown else ".")
         )
     found.append(

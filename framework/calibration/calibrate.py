@@ -85,6 +85,7 @@ def calibrate(
         simulator.weakest = space.weakest
         simulator.plan(names, seeds * budget + 2 * more + fresh)
         stack.enter_context(simulator.whole.file)
+        simulator.whole.begin()
         tell = functools.partial(print, file=sys.stderr, flush=True) if progress else lambda words: None
         search = Search(space, targets.tested, names, simulator, first, budget, seed, others, tell)
         search, stiffness, look = _aimed(search, simulator, targets, shapes, elastic)

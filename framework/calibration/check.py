@@ -16,7 +16,7 @@ from grainlaw.results.means import spread
 
 NEAR = 0.05  #: of a target
 UNDECIDED = "undecided"
-WIDE = 0.1  #: of a target: half of an interval that says nothing by holding it
+WIDE = 0.1  #: of a target: half of an interval by which nothing is shown
 NORMAL = 1.959964  #: deviations of a normal distribution that hold 95 %
 
 
@@ -39,12 +39,15 @@ class Compared:
 
     @property
     def is_met(self) -> bool | None:
-        """Whether the target is within 5 % or in the interval; None without one, and where this is too wide to tell."""
+        """Whether the mean is within 5 % of the target, or the interval holds it.
+
+        None without a target, and where the interval holds it and is too wide to tell.
+        """
         if self.target is None:
             return None
         low, high = self.interval
         held, is_wide = low <= self.target.value <= high, high - low > 2 * WIDE * abs(self.target.value)
-        return abs(self.off) <= NEAR or (held and not is_wide) or (None if held else False)
+        return None if held and is_wide else held or abs(self.off) <= NEAR
 
     @property
     def enough(self) -> int:

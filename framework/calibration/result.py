@@ -155,9 +155,10 @@ class Calibration(metaclass=Checked):
             )
         if undecided := [AIMS[each.name].shown.words for each in self.checks if each.verdict == "undecided"]:
             count, enough = (max(of(each) for each in self.checks) for of in (lambda c: c.count, lambda c: c.enough))
+            are = "is" if len(undecided) == 1 else "are"
             lines.append(
-                f"{count} fresh specimens are too few to tell whether {' and '.join(undecided)} is met: try "
-                f"fresh = {enough}, the same call keeps all that was tested."
+                f"{count} fresh specimens are too few to tell whether {' and '.join(undecided)} {are} met: try "
+                f"fresh = {enough} (of [calibration]), the same call keeps all that was tested."
             )
         if ends := self.space.at_ends(np.array([self.best[name] for name in self.space.names])):
             lines.append(ends)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -29,6 +30,7 @@ from grainlaw.results.files import warn, writable_folder
 from grainlaw.runs.progress_file import read
 from grainlaw.runs.stopping import Stopped
 from grainlaw.specimen import Specimen
+from grainlaw.studies.watched import RUNNING, watched
 from grainlaw.studies.workers import ExecutorError
 from grainlaw.unit_text import quantity
 
@@ -47,7 +49,7 @@ class Settings:
 
     elastic: str = CONTACTS
     seeds: int = whole_number(default=3, at_least=2)
-    budget: int = whole_number(default=100, at_least=10)
+    budget: int = whole_number(default=100, at_least=1)
     more: int = whole_number(default=9, at_least=0)
     fresh: int = whole_number(default=10, at_least=2)
     seed: int = whole_number(default=0, at_least=0)
@@ -242,7 +244,10 @@ def calibrate(
 
 
 def _answer_before(folder: Path, asked: CalibrationFile) -> list[str]:
-    """The files of an answer that is there; warns where it is that of other targets or ranges."""
+    """The files of an answer that is there; warns where it is that of other targets or ranges, or one is looked for."""
+    with contextlib.suppress(ParameterError):
+        if watched(folder).state == RUNNING:
+            warn(f"another process calibrates in {folder}: the answer of the one that ends last will stay there")
     there = [name for name in (REPORT, NUMBERS, CALIBRATED) if (folder / name).exists()]
     old, targets = read(folder / NUMBERS), asked.given["targets"].given
     if old is not None and (

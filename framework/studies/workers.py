@@ -336,15 +336,24 @@ class Whole:
     @property
     def content(self) -> dict[str, Any]:
         """What the file says of it."""
-        return {"name": self.name, "done": len(self.done), "total": self.planned, "left": self.left}
+        return {"name": self.name, "done": len(self.done), "total": self.most, "left": self.left}
+
+    @property
+    def most(self) -> int:
+        """Cases that it takes: what was planned, but for what comes beside it, as a search for a stiffness."""
+        return max(self.planned, len(self.done))
+
+    def begin(self) -> None:
+        """Tell those who look that it has begun, before its first study."""
+        self.file.tell(whole=self.content)
 
     def tell(self, left: float) -> None:
         """Tell its bar, with the time that all the cases that may come will take."""
         self.left = left
         if self.bar is not None and self.planned:
-            words = f"{len(self.done)} of at most {self.planned} tests"
+            words = f"{len(self.done)} of at most {self.most} tests"
             words += f", at most about {in_words(left)} left" if left else ""
-            self.bar.tell(min(len(self.done) / self.planned, 1.0), words)
+            self.bar.tell(len(self.done) / self.most, words)
 
 
 class Watcher:
