@@ -335,3 +335,17 @@ def test_a_law_of_a_file_has_nothing_of_the_rock(kind):
     own = {"kn": 1.0} if kind is None else {"type": kind, "kn": 1.0}
     given = {"law": own, "laws": {"quartz": {"ks": 2.0}}}
     assert _laws({"cohesion": 3.0}, {"mica": {"kn": 4.0}}, given) == given
+
+
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [
+        ("lac-du-bonet-granite", "there is no 'lac-du-bonet-granite'; did you mean 'lac-du-bonnet-granite'?"),
+        ("elastik", "did you mean 'elastic'?"),
+        ("rock/calibrated.tom", "there is no 'rock/calibrated.tom' (rocks: forsmark-granite,"),
+    ],
+)
+def test_a_rock_that_is_not_there_is_refused_with_those_that_are(kind, words):
+    with pytest.raises(gl.ParameterError, match=re.escape(words)) as told:
+        configured(UCS, {"rock": {"type": kind}})
+    assert "or FILE.toml; materials: elastic, rigid" in str(told.value)

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import attrs
 
 from grainlaw.cli.components import begin_with, choices, drafted, evolved, explained, name_of, own, settings
-from grainlaw.cli.default_rock import LAWS, ROCK
+from grainlaw.cli.default_rock import LAWS, NAMES, ROCK
 from grainlaw.cli.law_file import LawReferenceError, find_with_files
 from grainlaw.cli.minerals import check_cracks, laws_by_key, materials
 from grainlaw.cli.rock_file import checked_cite, is_rock, over_rock, rock_file
@@ -198,7 +198,14 @@ def _begin_rock(given: dict[str, Any]) -> tuple[dict[str, Any], Any, list[Path]]
     if isinstance(kind, Material):
         return {"type": type(kind).__name__}, kind, []
     if ".py" not in str(kind):
-        return {}, begin_with((Material, Rigid), given, "rock", ROCK), []
+        try:
+            return {}, begin_with((Material, Rigid), given, "rock", ROCK), []
+        except ParameterError:
+            materials = choices((Material, Rigid))
+            raise ParameterError(
+                f"rock: there is no {short(str(kind))}{nearest(str(kind), [*NAMES, *materials])} (rocks: "
+                f"{', '.join(NAMES)}, or FILE.toml; materials: {', '.join(materials)})"
+            ) from None
     try:
         material, files = find_with_files(str(kind), Material)
         return {"type": kind}, material, files
