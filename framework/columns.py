@@ -325,7 +325,7 @@ def misspelt(
             found.append(f"a panel of '{name}', which is not recorded{like}")
     own = {each.name: each for each in quantities}
     unshown = [name for name in (*recorded, *properties) if quantity_of(name, own) == Quantity(name)]
-    for name in set(own).difference(recorded, properties):
+    for name in sorted(set(own).difference(recorded, properties)):
         if like := nearest(name, unshown, LIKE):
             found.append(f"a quantity '{name}', which is neither a column nor a property{like}")
     return found

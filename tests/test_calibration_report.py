@@ -276,7 +276,7 @@ def test_what_a_first_look_knows_better_and_what_lies_at_an_end_is_told(answered
     assert words.startswith("The first look has tensile_strength between 10.9 MPa and 11.1 MPa: more seeds or points")
     assert not [words for words in answered.verdicts if "at an end" in words]
     edge = attrs.evolve(answered, best={**answered.best, "friction_angle": RANGES["friction_angle"][1] - 0.05})
-    assert edge.verdicts[-1] == "friction_angle of the best at an end of the range: a wider one may meet more."
+    assert edge.verdicts[-1] == "The best is at an end of the range of friction_angle: a wider one may meet more."
 
 
 @pytest.mark.thorough

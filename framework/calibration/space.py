@@ -165,7 +165,9 @@ class Space(metaclass=Checked):
         """What parameters (d,) lie at an end of their ranges, in words; empty where none does."""
         shares = zip(self.names, self.places(point[None])[0], strict=True)
         named = [name for name, share in shares if min(share, 1 - share) < AT_END]
-        return f"{' and '.join(named)} of the best at an end of the range: a wider one may meet more." if named else ""
+        return (
+            f"The best is at an end of the range of {' and '.join(named)}: a wider one may meet more." if named else ""
+        )
 
     # --- similarity --------------------------------------------------------------------------------------------------
 
