@@ -168,3 +168,8 @@ def test_a_picture_marks_the_strength_of_the_stage_that_the_test_judges():
             full = [line for line in marks if line.get_fillstyle() == "full"]
             at = [line.get_ydata()[line.get_markevery() or [0]] for line in full]
             assert np.concatenate(at) == pytest.approx([strength / 1e6])
+    both = gl.plot_curves({"one": attrs.evolve(result, curves=made), "other": attrs.evolve(result, curves=made)}).axes[
+        0
+    ]
+    said = [text.get_text() for text in both.get_legend().get_texts()]
+    assert said == ["one", "strength", "largest load", "other"]  # each mark is explained once

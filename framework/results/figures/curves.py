@@ -335,9 +335,11 @@ def _mark_strength(axes: Axes, over: str, column: str, result: Result, paint: An
     found = _failure(result, column, over)
     if found is None or not found.failed or is_whole(result):
         return
-    for at, filling in ((found.at, "full"), (found.largest, "none")):
+    named = {line.get_label() for line in axes.lines}
+    for at, filling, words in ((found.at, "full", "strength"), (found.largest, "none", "largest load")):
         x, y = (result.shown(name)[at] for name in (over, column))
-        axes.plot(x, y, "o", color=paint, fillstyle=filling, markersize=6)
+        label = None if words in named or (at == found.at and filling == "none") else words
+        axes.plot(x, y, "o", color=paint, fillstyle=filling, markersize=6, label=label)
 
 
 def _fit_before_peak(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> bool:
