@@ -318,9 +318,8 @@ def misspelt(
     A panel or a quantity of what is not there says nothing else by itself: it may be of something that only other
     settings of the test record.
     """
-    drawn = {name for panel in panels for name in panel.names if name not in recorded}
     found = []
-    for name in sorted(drawn):
+    for name in sorted({name for panel in panels for name in missing(recorded, panel.names)}):
         if like := nearest(name, recorded, LIKE):
             found.append(f"a panel of '{name}', which is not recorded{like}")
     own = {each.name: each for each in quantities}
@@ -342,7 +341,7 @@ def check_panels(where: str, panels: Sequence[Panel], quantities: Sequence[Quant
             raise ParameterError(f"{where}: a panel of columns with several units is not allowed: {said}")
 
 
-def missing(curves: Mapping[str, np.ndarray], names: Iterable[str]) -> list[str]:
+def missing(curves: Container[str], names: Iterable[str]) -> list[str]:
     """Names of columns that were not recorded."""
     return [name for name in names if name not in curves]
 

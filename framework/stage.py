@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked, fits
-from grainlaw.columns import ENERGY, MOTION, SUPPLIED, UNBALANCED
+from grainlaw.columns import AGED, ENERGY, JUMPS, MOTION, SUPPLIED, UNBALANCED
 from grainlaw.conditions import Condition, Curves
 from grainlaw.fields import ParameterError, parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator
@@ -18,6 +18,7 @@ from grainlaw.messages import refusal
 from grainlaw.specimen import Specimen
 
 LATE, MOST = 20, 100_000  #: times the samples that are expected, and samples where none are: then a stage does not end
+NEARLY = 0.99  #: progress of a stage of which the time has passed, until the specimen rests
 RESTS = 2  #: successive samples at rest before time passes in a jump
 STILL = 0.01  #: of the ratio: work of the loads in a sample, over that so far, of a specimen whose pieces fly
 
@@ -100,6 +101,23 @@ class Ageing(metaclass=Checked):
         still = len(work) > 1 and np.abs(np.diff(work)).max() <= STILL * self.ratio * np.abs(work).max()
         return bool(unbalanced.max() <= self.ratio and (motion.max() <= self.ratio or still))
 
+    def rests_after_jump(self, curves: Curves) -> bool:
+        """Whether a specimen was at rest in the last samples, with no jump between them."""
+        return bool(curves[JUMPS][-RESTS:].min() == curves[JUMPS][-1] and self.rests(curves))
+
+
+@attrs.frozen
+class Outlasts(Condition):
+    """A time has passed in jumps since the stage began, and the specimen rests after the last of them."""
+
+    ageing: Ageing
+
+    def progress(self, curves: Curves) -> float:
+        aged = curves[AGED]
+        if aged[-1] < aged[0] + self.ageing.duration:
+            return float((aged[-1] - aged[0]) / self.ageing.duration)
+        return 1.0 if self.ageing.rests_after_jump(curves) else NEARLY
+
 
 @attrs.frozen(kw_only=True)
 class Stage(metaclass=Checked):
@@ -152,7 +170,8 @@ class Stage(metaclass=Checked):
     @property
     def ends(self) -> list[Condition]:
         """All conditions that end it."""
-        return [*self.until, *(end for load in self.loads for end in load.ends), *self.ends_test]
+        passed = [] if self.ageing is None else [Outlasts(self.ageing)]
+        return [*self.until, *(end for load in self.loads for end in load.ends), *self.ends_test, *passed]
 
     @property
     def most_samples(self) -> int:

@@ -20,11 +20,10 @@ from grainlaw.protocols.between_platens import QUANTITIES, Platens, held_across,
 from grainlaw.protocols.measures import end_share
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
-from grainlaw.stage import RESTS, Ageing, Stage
+from grainlaw.stage import Ageing, Stage
 
 SAMPLES = 10  #: in the ramp
 LOST = 1e-3  #: share of the strength that bonds may lose while the load is applied, in the mean
-NEARLY = 0.99  #: progress of a test of which the time has passed, until the specimen rests
 
 
 @attrs.frozen
@@ -48,22 +47,6 @@ class Bears(Condition):
                 "run in which the load is applied: the rate of fatigue is too high for it"
             )
         return self.rest.progress(curves)
-
-
-@attrs.frozen
-class Outlasts(Condition):
-    """A time has passed in jumps since the stage began, and the specimen rests after the last of them."""
-
-    ageing: Ageing
-
-    def progress(self, curves: Curves) -> float:
-        share = float((curves[AGED][-1] - curves[AGED][0]) / self.ageing.duration)
-        return share if share < 1 or rests_after_jump(self.ageing, curves) else NEARLY
-
-
-def rests_after_jump(ageing: Ageing, curves: Curves) -> bool:
-    """Whether the specimen was at rest in the last samples, with no jump between them."""
-    return bool(curves[JUMPS][-RESTS:].min() == curves[JUMPS][-1] and ageing.rests(curves))
 
 
 @attrs.frozen
@@ -126,9 +109,8 @@ class Creep(LoadingProtocol):
         if self.confinement:
             rest = Bears(AtRest(self.ratio), self.confinement, largest)
             stages.insert(0, self._stage(specimen, "confine", 0.0, self.confinement, until=[rest]))
-        ageing = self._ageing
-        ends = [Outlasts(ageing), Collapses(self.failure_strain)]
-        return [*stages, self._stage(specimen, "creep", self.load, self.load, until=ends, ageing=ageing)]
+        ends = [Collapses(self.failure_strain)]
+        return [*stages, self._stage(specimen, "creep", self.load, self.load, until=ends, ageing=self._ageing)]
 
     def _stage(self, specimen: Specimen, name: str, start: float, end: float, **more: Any) -> Stage:
         share, confining = end_share(specimen), name == "confine"
@@ -169,7 +151,7 @@ class Creep(LoadingProtocol):
         """
         held = np.flatnonzero(curves[STAGE] == curves[STAGE].max())
         before = np.diff(curves[JUMPS][held], append=curves[JUMPS][held[-1]]) > 0
-        before[-1] = rests_after_jump(self._ageing, {name: values[held] for name, values in curves.items()})
+        before[-1] = self._ageing.rests_after_jump({name: values[held] for name, values in curves.items()})
         rows = held[before] if before.any() else held[:1]
         return {
             "time": curves[AGED][rows],

@@ -14,7 +14,8 @@ from grainlaw.engine import ageing
 from grainlaw.geometry import Bricks, from_polygons, rectangle
 from grainlaw.laws import BandisClosure, CharlesGrowth, CohesiveCrack, ExponentialGrowth, MohrCoulomb, StaticFatigue
 from grainlaw.protocols import Creep
-from grainlaw.protocols.creep import Collapses, Outlasts
+from grainlaw.protocols.creep import Collapses
+from grainlaw.stage import Outlasts
 from grainlaw.units import MPa, mm
 
 STRENGTH, RATE = 10 * MPa, 1e-6

@@ -215,7 +215,7 @@ class FirstMatch:
     def moduli(self, point: np.ndarray, youngs_modulus: float, poissons_ratio: float) -> dict[str, float]:
         """Modulus (Pa) and Poisson's ratio that a test of a point (d,) gives where statics give these.
 
-        What the emulator says is taken as much less as it is within its error: in most rocks nothing cracks so early.
+        What the emulator says counts less where it is not larger than its error: in most rocks nothing cracks so early.
         """
         inputs, _ = self.inputs(point[None])
         given = {**inputs, **self._size("prism", 1)}
@@ -288,7 +288,7 @@ class FirstMatch:
 
 
 def _beyond(said: float, error: float, sign: int) -> float:
-    """What an emulator with this error says, nearer to 0 the nearer it is: cracks move a modulus to one side only.
+    """What an emulator with this error says, made smaller near 0; cracks move a modulus to one side only.
 
     A jump instead of this (0 below two errors) leaves a search for a stiffness on one side of its target. Of the
     thousand rocks those near 0 are met better by it than by the jump, by a tenth (rms).

@@ -154,7 +154,7 @@ class Calibration(metaclass=Checked):
                 f"{best.helped} to {100 * best.width:.0f} % of its present width."
             )
         if undecided := [AIMS[each.name].shown.words for each in self.checks if each.verdict == "undecided"]:
-            count, enough = (max(of(each) for each in self.checks) for of in (lambda c: c.count, lambda c: c.enough))
+            count, enough = max(each.count for each in self.checks), max(each.enough for each in self.checks)
             are = "is" if len(undecided) == 1 else "are"
             lines.append(
                 f"{count} fresh specimens are too few to tell whether {' and '.join(undecided)} {are} met: try "

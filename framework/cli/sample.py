@@ -75,9 +75,8 @@ def _region(given: Any) -> Region:
         raise refusal("sample.region", given, "a name or a table")
     table = {"type": given} if isinstance(given, str) else dict(given)
     shape = _named(table.pop("type", ""), REGIONS, "sample.region")
-    lengths = inspect.signature(REGIONS[shape], eval_str=True).parameters
-    refuse_unknown("sample.region", table, lengths)
-    return REGIONS[shape](**{name: _size(each, table, shape) for name, each in lengths.items()})
+    refuse_unknown("sample.region", table, _lengths(shape))
+    return REGIONS[shape](**_sizes(shape, table))
 
 
 def tessellators() -> dict[str, type]:
@@ -106,7 +105,7 @@ def sample(default: Mapping[str, Any], given: Mapping[str, Any]) -> Sample:
         return _from_file(given)
     shape = _named(given.get("region", default["region"]), REGIONS, "sample.region")
     filling = _named(given.get("tessellator", default["tessellator"]), tessellators(), "sample.tessellator")
-    lengths = inspect.signature(REGIONS[shape], eval_str=True).parameters
+    lengths = _lengths(shape)
     fields = [field.name for field in attrs.fields(tessellators()[filling])]
     known = ["region", *lengths, "tessellator", *fields, *KEYS, *OF_SPECIMEN]
     refuse_unknown("sample", given, [*known, "seed"] if {*KEYS} & {*given} else known)
@@ -114,7 +113,7 @@ def sample(default: Mapping[str, Any], given: Mapping[str, Any]) -> Sample:
     values = {**default, **given}
     if "grains" not in given and any(name in given for name in INSTEAD_OF_GRAINS):
         values.pop("grains", None)
-    size = {name: _size(parameter, values, shape) for name, parameter in lengths.items()}
+    size = _sizes(shape, values)
     its = {key: values[key] for key in fields if key in values and not (key == "sizes" and by_phase(values[key]))}
     grains = evolved(tessellators()[filling], its, "sample")
     points = _contact_points(given)
@@ -141,10 +140,9 @@ def with_size(given: Mapping[str, Any]) -> dict[str, Any]:
     count, shape = given.get("grains"), given.get("region")
     if not isinstance(count, int) or count < 1 or "grain_size" in given or shape not in REGIONS:
         return dict(given)
-    lengths = inspect.signature(REGIONS[shape], eval_str=True).parameters
-    if not all(name in given or each.default is not each.empty for name, each in lengths.items()):
+    if not all(name in given or each.default is not each.empty for name, each in _lengths(shape).items()):
         return dict(given)
-    region = REGIONS[shape](**{name: _size(each, given, shape) for name, each in lengths.items()})
+    region = REGIONS[shape](**_sizes(shape, given))
     rest = {name: value for name, value in given.items() if name != "grains"}
     return {**rest, "grain_size": written(math.sqrt(region.area / count), "m")}
 
@@ -205,6 +203,16 @@ def _named(name: Any, known: Mapping[str, Any], where: str) -> str:
             f"{where}: there is no {short(str(name))}{nearest(key, known)} (there are: {', '.join(known)})"
         )
     return key
+
+
+def _lengths(shape: str) -> Mapping[str, inspect.Parameter]:
+    """What the function of a region takes, by name."""
+    return inspect.signature(REGIONS[shape], eval_str=True).parameters
+
+
+def _sizes(shape: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    """All that the function of a region takes, SI, of a table. Raises :class:`~grainlaw.fields.ParameterError`."""
+    return {name: _size(parameter, values, shape) for name, parameter in _lengths(shape).items()}
 
 
 def _size(parameter: inspect.Parameter, values: Mapping[str, Any], shape: str) -> Any:

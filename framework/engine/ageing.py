@@ -39,8 +39,8 @@ def columns(state: State) -> dict[str, float]:
     return {AGED: state.clock.aged, JUMPS: float(state.clock.books.jumps[0])}
 
 
-def age_at_rest(state: State, ageing: Ageing, curves: Curves) -> bool:
-    """Let time pass if a specimen is at rest, by its ``curves`` in this stage; whether all of it had passed before.
+def age_at_rest(state: State, ageing: Ageing, curves: Curves) -> None:
+    """Let time pass if a specimen is at rest, by its ``curves`` in this stage.
 
     Raises :class:`StageError`, also for a specimen that will not come to rest any more.
     """
@@ -48,11 +48,11 @@ def age_at_rest(state: State, ageing: Ageing, curves: Curves) -> bool:
     books.waited[0] += 1
     if books.waited[0] < RESTS or not ageing.rests(curves):
         _refuse_failed(state, curves)
-        return False
+        return
     ends = float(books.aged_before[0]) + ageing.duration
     left = ends - state.clock.aged
     if left <= 0:
-        return True
+        return
     seconds = _longest(state, ageing, left)
     if books.jumps[0] == books.jumps_before[0] and seconds < SHORTEST * ageing.duration:
         raise StageError(
@@ -67,7 +67,6 @@ def age_at_rest(state: State, ageing: Ageing, curves: Curves) -> bool:
     books.aged[0] = ends if seconds == left else books.aged[0] + seconds
     books.jumps[0] += 1
     books.waited[0] = 0
-    return False
 
 
 def _refuse_failed(state: State, curves: Curves) -> None:

@@ -159,11 +159,13 @@ class Execution:
             self._record(found)
             self.loader.go_on(stage)
             self.at.pieces = max(stage.pieces if grown else 1, self.loader.pieces(stage))
-            if self._observe(stage) >= 1 or self._has_aged(stage):
+            if self._observe(stage) >= 1:
                 self.at.finished = self.at.stage == len(self.stages) - 1 or self._ends_test(stage)
                 self.at.stage += not self.at.finished
                 return
             self._refuse_idle(stage)
+            if stage.ageing is not None:
+                ageing.age_at_rest(state, stage.ageing, self.columns.since(self.at.first_sample))
             if self.folder is not None and self.folder.checkpoint_is_due():
                 self._save(self.moment())
         expected = f" ({stage.expected} were expected)" if stage.expected else ""
@@ -209,12 +211,6 @@ class Execution:
 
     def _ends_test(self, stage: Stage) -> bool:
         return any(condition.progress(self._seen_by_conditions()) >= 1 for condition in stage.ends_test)
-
-    def _has_aged(self, stage: Stage) -> bool:
-        """Let time pass where the specimen rests; whether all of it has passed before."""
-        if stage.ageing is None:
-            return False
-        return ageing.age_at_rest(self.state, stage.ageing, self.columns.since(self.at.first_sample))
 
     def _refuse_idle(self, stage: Stage) -> None:
         """Raise StageError where nothing is imposed on a specimen that has never moved, and its test sees no change."""
