@@ -17,6 +17,7 @@ from grainlaw.calibration.identifiability import Direction, _width, further, ide
 from grainlaw.calibration.matching import Match, conflicts, plausible, telling
 from grainlaw.calibration.posterior import Posterior, posterior
 from grainlaw.calibration.targets import Target
+from grainlaw.calibration.waves import Search, TestedPoints
 from grainlaw.laws import MohrCoulomb
 from grainlaw.units import MPa
 
@@ -111,6 +112,56 @@ def test_implausibility_is_the_distance_over_all_that_is_not_known():
     assert match.log_likelihood(point)[0] - norm.logpdf(mean, np.log(100e6), np.sqrt(variance + seeds + 0.03**2)) == (
         pytest.approx(0.5 * np.log(2 * np.pi))
     )
+
+
+class Formulas:
+    """Knowledge of two targets, off by a factor each, of the weaker half of the rocks."""
+
+    targets = dict.fromkeys(("tensile_strength", "ucs"))
+    errors = np.array([[0.03**2, 0.5 * 0.03 * 0.06], [0.5 * 0.03 * 0.06, 0.06**2]])
+
+    def __init__(self, off):
+        self.off = off
+
+    def known(self, points):
+        return points[:, 0] < np.median(points[:, 0])
+
+    def predicted(self, points):
+        exactly = [exact(space().mapping(point)) for point in points]
+        means = np.log([[each[name] for name in self.targets] for each in exactly]) + self.off
+        return means, np.repeat(self.errors[None], len(points), axis=0)
+
+
+def test_what_is_known_before_counts_by_its_covariance_as_another_set_of_tests():
+    """By precisions, which add up; the search gains it from covariances."""
+    match = matched(space(), targets_at(HIDDEN, FOUR).tested)
+    points, before = space().prior(64, 5), Formulas(np.array([0.05, -0.1]))
+    means, covariances = match.by_tests(points)
+    found, left = attrs.evolve(match, before=before).expected(points)
+    rows = [match.names.index(name) for name in before.targets]
+    for k, is_known in enumerate(before.known(points)):
+        precision, weighted = np.linalg.inv(covariances[k]), np.linalg.solve(covariances[k], means[k])
+        if is_known:
+            precision[np.ix_(rows, rows)] += np.linalg.inv(before.errors)
+            weighted[rows] += np.linalg.solve(before.errors, before.predicted(points[k : k + 1])[0][0])
+        assert left[k] == pytest.approx(np.linalg.inv(precision), rel=1e-6, abs=1e-9)
+        assert found[k] == pytest.approx(np.linalg.solve(precision, weighted), rel=1e-6)
+    one, variance = attrs.evolve(match, before=before).one(points, "ucs")
+    at = match.names.index("ucs")
+    assert one.tolist() == found[:, at].tolist()
+    assert variance.tolist() == left[:, at, at].tolist()
+
+
+def test_how_far_tests_lie_from_what_was_known_is_told_in_standard_errors():
+    match, off = matched(space(), targets_at(HIDDEN, FOUR).tested), np.array([0.3, -0.5])
+    points = space().prior(64, 5)
+    assert match.apart(points) == {}
+    scatter = np.diag(match.scatter(("tensile_strength", "ucs")))
+    expected = -off / np.sqrt(scatter + np.diag(Formulas.errors))  # the emulators are nearly exact here
+    apart = attrs.evolve(match, before=Formulas(off)).apart(points)
+    assert list(apart.values()) == pytest.approx(expected, rel=0.05)
+    above = points[~Formulas(off).known(points)]
+    assert attrs.evolve(match, before=Formulas(off)).apart(above[:1]) == {}
 
 
 def test_what_is_plausible_meets_the_targets():
@@ -223,7 +274,7 @@ class Lines:
     def implausibility(self, points):
         return np.column_stack([np.abs(off(*points.T)) for off in self.offs])
 
-    def predicted(self, points, names):
+    def expected(self, points):
         return np.column_stack([np.log(1e8 + 0 * points[:, 0]), points]), None
 
     def places(self, points):
@@ -459,6 +510,18 @@ def test_intervals_hold_the_truth():
         held[k] = [low <= value <= high for (low, high), value in zip(ends, point, strict=True)]
     assert held.mean() >= 0.9, held.sum(axis=0)
     assert held.sum(axis=0).min() >= 16, held.sum(axis=0)
+
+
+@pytest.mark.parametrize(("off", "counts"), [(0.02, True), (0.5, False)])
+def test_a_search_does_without_what_was_known_where_its_tests_lie_far_from_it(off, counts):
+    told, before = [], Formulas(np.array([0.0, off]))
+    search = Search(space(), targets_at(HIDDEN, FOUR).tested, FOUR, FormulaRock(0, 0.01), (1, 2, 3), 60, 0,
+                    tell=told.append, before=before)  # fmt: skip
+    points = search.space.at_reference(search.space.prior(40, 1))
+    match = search._match(TestedPoints(points, *search._tested(points, search.seeds)))
+    assert (match.before is before) == counts
+    expected = [] if counts else ["the first look does not count: these specimens lie UCS by "]
+    assert [words[: len(expected[0])] for words in told] == expected
 
 
 @pytest.mark.slow

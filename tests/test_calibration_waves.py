@@ -47,11 +47,11 @@ class Given:
         monkeypatch.setattr(waves, "telling", self.telling)
         monkeypatch.setattr(waves, "conflicts", lambda match, tried, seed: ["conflict"])
 
-    def match(self, space, targets, found, samples):
+    def match(self, space, targets, found, samples, before):
         """Two targets whose other variances are 5 of the seeds and 4 of the laboratory."""
         return SimpleNamespace(
             names=("a", "b"), scatter=lambda names: np.eye(2) * 5, target_variance=np.array([4.0, 4.0]),
-            predicted=lambda points, names: (None, np.full((len(points), 2), self.variance)),
+            predicted=lambda points, names: (None, np.full((len(points), 2), self.variance)), apart=lambda points: {},
         )  # fmt: skip
 
     def plausible(self, match, points, seed):
@@ -228,7 +228,7 @@ def test_a_target_without_values_is_told():
 def test_a_check_predicts_what_fresh_seeds_may_give():
     """The variance of the emulator, of the seeds of the search, of their shift, and of the six fresh ones."""
     match = SimpleNamespace(
-        emulators={"ucs": None}, predicted=lambda best, names: (np.log([[100e6]]), np.array([[0.01**2]])),
+        emulators={"ucs": None}, one=lambda best, name: (np.log([100e6]), np.array([0.01**2 + 0.02**2 + 0.03**2])),
         samples=SimpleNamespace(names=("ucs",), of_shift=np.array([0.02**2]), seeds=np.array([3])),
         scatter=lambda names: np.array([[0.02**2 + 0.03**2]]), space=ROCKS,
     )  # fmt: skip
@@ -459,7 +459,7 @@ def test_seeds_of_the_search_of_the_best_points_and_of_the_check_are_others(monk
 
 def test_a_search_begins_where_the_first_look_tells(monkeypatch):
     """With the points that it offers, unless it finds nothing plausible; the answer keeps it."""
-    begun, point = [], np.array([11e6, 33e6, 41.0])
+    begun, known, point = [], [], np.array([11e6, 33e6, 41.0])
 
     class Look(FirstLook):
         def beginning(self, count, seed):
@@ -470,6 +470,7 @@ def test_a_search_begins_where_the_first_look_tells(monkeypatch):
 
     def run(self):
         begun.append(None if self.begin is None else self.begin.tolist())
+        known.append(self.before and (self.before.space.names, [*self.before.targets], self.before.grains))
         return waves.SearchResult(None, (), None, None, None, ())
 
     monkeypatch.setattr(Search, "run", run)
@@ -483,3 +484,5 @@ def test_a_search_begins_where_the_first_look_tells(monkeypatch):
         )  # fmt: skip
         assert found.first_look is (seen if isinstance(seen, Look) else None)
     assert begun == [[[120.0, 8.0, 0.0]], None, None]
+    before = tuple(HIDDEN), ["ucs", "tensile_strength"], 1.0
+    assert known == [before, before, None]

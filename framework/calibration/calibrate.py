@@ -15,7 +15,7 @@ import numpy as np
 
 from grainlaw.arguments import checked
 from grainlaw.calibration.check import check
-from grainlaw.calibration.first_look import FirstLook, looked_at
+from grainlaw.calibration.first_look import FirstLook, first_match, looked_at
 from grainlaw.calibration.identifiability import identifiability
 from grainlaw.calibration.moduli import Statics, expected_stiffness, meet_moduli, stiffened
 from grainlaw.calibration.result import Calibration
@@ -145,10 +145,13 @@ def _aimed(
         if known.posterior is not None:
             count = len(search.space.free) * BEGIN
             search = attrs.evolve(search, begin=known.beginning(count, search.seed))
-    if stiffness is None:
-        return search, None, known
-    wanted = {name: target.value for name, target in targets.elastic.items()}
-    return *meet_moduli(search, simulator, statics, wanted, stiffness), known
+    if stiffness is not None:
+        wanted = {name: target.value for name, target in targets.elastic.items()}
+        search, stiffness = meet_moduli(search, simulator, statics, wanted, stiffness)
+    if known is not None:
+        before = first_match(search.space, targets, ones, stiffness.grains if stiffness else 1.0)
+        search = attrs.evolve(search, before=before)
+    return search, stiffness, known
 
 
 @checked

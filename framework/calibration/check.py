@@ -81,13 +81,11 @@ def _row(
     measured = spread(values)
     predicted, ends = math.nan, (math.nan, math.nan)
     if name in match.emulators:
-        means, variances = match.predicted(best[None], [name])
+        mean, variance = match.one(best[None], name)
         k = match.samples.names.index(name)
-        of_shift = float(match.samples.of_shift[k])
-        of_seeds = float(match.scatter([name])[0, 0]) - of_shift  # of the mean over the seeds of the search
-        fresh = of_seeds * float(match.samples.seeds[k]) / count
-        deviation = math.sqrt(float(variances[0, 0]) + of_seeds + of_shift + fresh)
-        low, middle, high = restored(name, means[0, 0] + NORMAL * deviation * np.array([-1, 0, 1]))
+        of_seeds = float(match.scatter([name])[0, 0] - match.samples.of_shift[k])  # of the mean over the search's seeds
+        deviation = math.sqrt(float(variance[0]) + of_seeds * float(match.samples.seeds[k]) / count)
+        low, middle, high = restored(name, mean[0] + NORMAL * deviation * np.array([-1, 0, 1]))
         predicted, ends = float(middle), (float(low), float(high))
     return Compared(
         name, given.get(name), predicted, ends, measured["mean"], measured["interval"], measured["count"]

@@ -44,9 +44,9 @@ def bands(found: Calibration) -> Figure:
             if free is not space.scale:
                 axes.plot(free.share(points), tested, ".", color="0.6", markersize=4)
             if len(line):
-                means, variances = match.predicted(line, [name])
-                half = NORMAL * np.sqrt(variances[:, 0] + match.scatter([name])[0, 0])
-                low, middle, high = (restored(name, means[:, 0] + d) * aim.shown.factor for d in (-half, 0, half))
+                mean, variance = match.one(line, name)
+                half = NORMAL * np.sqrt(variance)
+                low, middle, high = (restored(name, mean + d) * aim.shown.factor for d in (-half, 0, half))
                 axes.fill_between(free.share(line[:, j]), low, high, color=BLUE, alpha=0.25, linewidth=0)
                 axes.plot(free.share(line[:, j]), middle, color=BLUE)
             value, half_width = (target.value * aim.shown.factor, NORMAL * target.uncertainty * aim.shown.factor)

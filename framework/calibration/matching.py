@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Protocol
 
 import attrs
 import numpy as np
@@ -19,18 +20,34 @@ KEPT = 1000  #: plausible points that are looked for
 ROUNDS, BEST = 8, 60  #: of a search around the best points
 
 
+class Knowledge(Protocol):
+    """What is known of targets without these tests, such as a first look."""
+
+    @property
+    def targets(self) -> Mapping[str, Target]: ...
+    def known(self, points: np.ndarray) -> np.ndarray:
+        """(n,) whether anything is known of these points."""
+        ...
+
+    def predicted(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Means (n, k) and covariances (n, k, k) of the targets, as they are emulated."""
+        ...
+
+
 @attrs.frozen(eq=False)
 class Match:
     """Emulators beside the targets.
 
     The implausibility of a point is |mu - z| / sqrt(var_emulator + var_seeds + var_target) for each target (Craig,
-    Goldstein, Seheult and Smith 1997, doi:10.1007/978-1-4612-2290-3_2).
+    Goldstein, Seheult and Smith 1997, doi:10.1007/978-1-4612-2290-3_2). What is known without these tests counts by
+    its covariance, as another set of tests would.
     """
 
     space: Space
     targets: Mapping[str, Target]
     emulators: Mapping[str, Emulator]  #: of the targets, and of all else that was measured
     samples: Samples
+    before: Knowledge | None = None  #: without these tests
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -60,17 +77,62 @@ class Match:
         means = np.column_stack([mean for mean, _ in found]) + scales[:, None] * powers + shift
         return means, np.column_stack([variance for _, variance in found])
 
+    def by_tests(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Means (n, t) and covariances (n, t, t) of the targets of all specimens, with what the seeds make of them."""
+        means, variances = self.predicted(points, self.names)
+        return means, self.scatter(self.names) + np.einsum("nt,tu->ntu", variances, np.eye(len(self.names)))
+
+    def expected(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The same by the tests and by what was known before, each by its covariance."""
+        means, covariances = self.by_tests(points)
+        if self.before is None:
+            return means, covariances
+        known = np.flatnonzero(self.before.known(points))
+        if not len(known):
+            return means, covariances
+        rows = [self.names.index(name) for name in self.before.targets]
+        others, errors = self.before.predicted(points[known])
+        shared = covariances[known][:, :, rows]  # (m, t, k)
+        gain = np.linalg.solve(shared[:, rows] + errors, shared.transpose(0, 2, 1)).transpose(0, 2, 1)
+        off = others - means[known][:, rows]
+        means[known] += np.einsum("mtk,mk->mt", gain, off)
+        covariances[known] -= np.einsum("mtk,muk->mtu", gain, shared)
+        return means, covariances
+
+    def one(self, points: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """Mean (n,) and variance (n,) of a quantity of all specimens, target or not, as it is emulated."""
+        if name in self.targets:
+            means, covariances = self.expected(points)
+            k = self.names.index(name)
+            return means[:, k], covariances[:, k, k]
+        means, variances = self.predicted(points, [name])
+        return means[:, 0], variances[:, 0] + self.scatter([name])[0, 0]
+
+    def apart(self, points: np.ndarray) -> dict[str, float]:
+        """By target, in standard errors, how far tests lie from what was known before, in the mean over points (n, d).
+
+        Both err alike at all points: by their seeds, and as the rock is none of those that are known.
+        """
+        known = points[self.before.known(points)] if self.before else points[:0]
+        if self.before is None or not len(known):
+            return {}
+        means, covariances = self.by_tests(known)
+        rows = [self.names.index(name) for name in self.before.targets]
+        others, errors = self.before.predicted(known)
+        variance = np.einsum("nkk->nk", covariances[:, rows][:, :, rows] + errors).mean(axis=0)
+        found = (means[:, rows] - others).mean(axis=0) / np.sqrt(variance)
+        return dict(zip(self.before.targets, map(float, found), strict=True))
+
     def implausibility(self, points: np.ndarray) -> np.ndarray:
         """(n, t) of each target."""
-        means, variances = self.predicted(points, self.names)
-        known = variances + np.diag(self.scatter(self.names)) + self.target_variance
+        means, covariances = self.expected(points)
+        known = np.einsum("ntt->nt", covariances) + self.target_variance
         return np.asarray(np.abs(means - self.wanted) / np.sqrt(known))
 
     def log_likelihood(self, points: np.ndarray) -> np.ndarray:
         """(n,) of the targets, normal, with what the seeds make of several targets at once."""
-        means, variances = self.predicted(points, self.names)
-        own = np.einsum("nt,tu->ntu", variances + self.target_variance, np.eye(len(self.names)))
-        return normal_likelihood(means - self.wanted, self.scatter(self.names) + own)
+        means, covariances = self.expected(points)
+        return normal_likelihood(means - self.wanted, covariances + np.diag(self.target_variance))
 
 
 def normal_likelihood(off: np.ndarray, covariance: np.ndarray) -> np.ndarray:
@@ -182,7 +244,7 @@ def conflicts(match: Match, points: np.ndarray, seed: int) -> list[Conflict]:
             worst: Worst = lambda each, rows=rows: each[:, rows].max(axis=1)  # type: ignore[misc]  # noqa: E731
             best, values = list(_searched(match, points, worst(every), worst, seed))[-1]
             if values[0] > LIMIT:
-                means = match.predicted(best[:1], match.names)[0][0]
+                means = match.expected(best[:1])[0][0]
                 there = {name: float(restored(name, mean)) for name, mean in zip(match.names, means, strict=True)}
                 found.append(Conflict(names, float(values[0]), there))
     return found

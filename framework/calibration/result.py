@@ -31,7 +31,6 @@ from grainlaw.runs.record import versions
 from grainlaw.short_form import rounded
 from grainlaw.specimen import Specimen
 
-BETTER = 0.5  #: of the width of an interval: what a first look knows better is told
 REPORT, NUMBERS = "report.html", "calibration.json"
 NOTHING = (
     f"Nothing in the ranges is plausible: every set of parameters is {LIMIT:g} standard errors or more off a target."
@@ -120,7 +119,8 @@ class Calibration(metaclass=Checked):
                 lines.append(f"with which tests gave {in_words(self.stiffness.tested)} in the pilot")
         scale = self.space.scale
         if self.first_look is not None:
-            lines.append(f"first look, by no test: {self.first_look.in_words}")
+            ignored = "" if self.found.match.before else "; it does not count, these specimens lie too far from it"
+            lines.append(f"first look, by no test: {self.first_look.in_words}{ignored}")
         if scale is not None:
             lines.append(f"groups: {', '.join(self.space.groups)}; {scale.name} follows from similarity")
         return "\n".join(lines)
@@ -144,7 +144,6 @@ class Calibration(metaclass=Checked):
         lines = []
         if found.not_determined:
             lines.append(f"These tests do not determine {', '.join(found.not_determined)}.")
-        lines += self._better_known
         for each in found.unseen:
             lines.append(f"They do not see: {each.words} ({100 * each.width:.0f} % of the prior's deviation is left).")
         if found.further:
@@ -163,20 +162,6 @@ class Calibration(metaclass=Checked):
         if ends := self.space.at_ends(np.array([self.best[name] for name in self.space.names])):
             lines.append(ends)
         return lines or ["The tests see all directions."]
-
-    @property
-    def _better_known(self) -> list[str]:
-        """Of which parameters the thousand rocks of a first look know more than these tests."""
-        known = self.first_look.posterior if self.first_look else None
-        if known is None or self.identifiability is None:
-            return []
-        lines = []
-        for k, (each, free) in enumerate(zip(self.identifiability.parameters, self.space.free, strict=True)):
-            low, high = known.interval(k)
-            if free.share(np.array(high)) - free.share(np.array(low)) < BETTER * each.width:
-                ends = f"{rounded(low, free.unit)} and {rounded(high, free.unit)}"
-                lines.append(f"The first look has {each.name} between {ends}: more seeds or points would tell as much.")
-        return lines
 
     @property
     def check_lines(self) -> list[list[str]]:

@@ -214,6 +214,10 @@ class Space(metaclass=Checked):
         """Least scale that the ranges allow; one without a scale."""
         return self.scale.low / self.reference if self.scale else 1.0
 
+    def scaled(self, points: np.ndarray, scales: np.ndarray) -> np.ndarray:
+        """(n, d) the parameters of rocks so many times (n,) as strong."""
+        return np.asarray(points * scales[:, None] ** np.array([free.power for free in self.free]))
+
     def at_reference(self, points: np.ndarray) -> np.ndarray:
         """(n, d) the parameters of the same groups with a scale of one, rounded."""
         scales = self.scales(points)

@@ -8,7 +8,17 @@ import attrs
 import numpy as np
 
 from grainlaw.calibration.emulator import Samples, anchored, emulators, samples_of, transformed
-from grainlaw.calibration.matching import LIMIT, TRIED, Conflict, Match, Plausible, conflicts, plausible, telling
+from grainlaw.calibration.matching import (
+    LIMIT,
+    TRIED,
+    Conflict,
+    Knowledge,
+    Match,
+    Plausible,
+    conflicts,
+    plausible,
+    telling,
+)  # fmt: skip
 from grainlaw.calibration.posterior import Posterior, posterior
 from grainlaw.calibration.space import Space
 from grainlaw.calibration.targets import AIMS, CONFINED, Target
@@ -90,6 +100,7 @@ class Search:
     more: Sequence[int] = ()
     tell: Tell = lambda words: None
     begin: np.ndarray | None = None  #: (n, d) points to begin with, the likeliest first; None to fill the ranges
+    before: Knowledge | None = None  #: what is known without tests
 
     def run(self) -> SearchResult:
         groups = len(self.space.groups)
@@ -191,7 +202,13 @@ class Search:
                     f"calibrate: {name} has a value at {known} of {len(design.points)} points only{why}; "
                     "narrow the ranges, or change the test"
                 )
-        return Match(self.space, self.targets, found, samples)
+        match = Match(self.space, self.targets, found, samples, self.before)
+        apart = match.apart(self.space.scaled(design.points, design.scales))
+        far = [f"{AIMS[name].shown.words} by {abs(off):.1f}" for name, off in apart.items() if abs(off) > LIMIT]
+        if not far:
+            return match
+        self.tell(f"the first look does not count: these specimens lie {', '.join(far)} standard errors from it")
+        return attrs.evolve(match, before=None)
 
     def _next(self, match: Match, left: Plausible, room: int, number: int) -> np.ndarray:
         """Points of the next wave: the best one, and those that tell most; none where no more is to be learnt."""
