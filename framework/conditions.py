@@ -32,6 +32,11 @@ class Condition(metaclass=Checked):
     #: whether it waits for the specimen to come to rest, so that only the end of the way there counts
     waits_for_rest: ClassVar[bool] = False
 
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """What it goes by of what the test measures: its fields ``column``, ``load`` and ``deformation``."""
+        return tuple(getattr(self, name) for name in ("column", "load", "deformation") if hasattr(self, name))
+
     @abstractmethod
     def progress(self, curves: Curves) -> float:
         """Share of the stage that is done, from the curves of this stage; 1 ends the stage.
@@ -49,7 +54,7 @@ class Reaches(Condition):
     limit: float = parameter("its own", above=0)  #: value at which the stage ends
 
     def progress(self, curves: Curves) -> float:
-        require("Reaches", curves, self.column)
+        require("Reaches", curves, *self.columns)
         return float(curves[self.column][-1] / self.limit)
 
 
@@ -61,7 +66,7 @@ class ComesTo(Condition):
     value: float = parameter("its own", above=-math.inf)  #: value at which the stage ends
 
     def progress(self, curves: Curves) -> float:
-        require("ComesTo", curves, self.column)
+        require("ComesTo", curves, *self.columns)
         first, now = (float(curves[self.column][k]) for k in (0, -1))
         way = self.value - first
         return 1.0 if way == 0 or now == self.value else (now - first) / way
@@ -75,7 +80,7 @@ class FallsTo(Condition):
     fraction: float = parameter("1", above=-math.inf)  #: of the highest value so far
 
     def progress(self, curves: Curves) -> float:
-        require("FallsTo", curves, self.column)
+        require("FallsTo", curves, *self.columns)
         values = curves[self.column]
         return float(values[-1] <= self.fraction * values.max() and values.max() > 0)
 
@@ -91,7 +96,7 @@ class FailsTo(Condition):
     fraction: float = parameter("1", above=-math.inf)  #: of the highest value so far
 
     def progress(self, curves: Curves) -> float:
-        require("FailsTo", curves, self.column)
+        require("FailsTo", curves, *self.columns)
         broken = cracks(curves)
         if broken[-1] == _left_before(curves, broken):
             return 0.0
@@ -109,7 +114,7 @@ class Fails(Condition):
     deformation: str  #: column of the curves
 
     def progress(self, curves: Curves) -> float:
-        require("Fails", curves, self.load, self.deformation)
+        require("Fails", curves, *self.columns)
         if curves[DAMAGED][-1] <= _left_before(curves, curves[DAMAGED]):
             return 0.0
         load, way = curves[self.load], curves[self.deformation]

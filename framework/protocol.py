@@ -10,6 +10,7 @@ from grainlaw.arguments import Checked
 from grainlaw.columns import Panel
 from grainlaw.conditions import Curves
 from grainlaw.engine.state import State
+from grainlaw.messages import refusal
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
@@ -65,3 +66,11 @@ class LoadingProtocol(metaclass=Checked):
     @abstractmethod
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """Properties of the specimen from the recorded curves, by name (SI)."""
+
+
+def stages_of(protocol: LoadingProtocol, specimen: Specimen) -> list[Stage]:
+    """The stages of a test. Raises :class:`ParameterError`, also where a test of one's own has none."""
+    found = protocol.stages(specimen)
+    if not isinstance(found, Sequence) or not found or not all(isinstance(each, Stage) for each in found):
+        raise refusal(f"{type(protocol).__name__}.stages", found, "a list of at least one gl.Stage")
+    return list(found)

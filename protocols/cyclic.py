@@ -26,7 +26,7 @@ from grainlaw.stage import Stage
 def _is_growing(test: Cyclic, attribute: attrs.Attribute, value: Sequence[float]) -> None:
     numbers = isinstance(value, tuple) and all(isinstance(level, Real) for level in value)
     if not numbers or not value or list(value) != sorted(set(value)) or value[0] <= 0:
-        raise refusal("Cyclic: levels", value, "positive numbers, each above the last")
+        raise refusal("Cyclic: levels", value, "positive numbers in SI without units, each above the last")
 
 
 @attrs.frozen(kw_only=True)

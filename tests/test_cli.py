@@ -58,7 +58,8 @@ def test_the_shell_completes_commands_and_names(monkeypatch):
     for begun, found in (
         ("grainlaw comp", ["plain,compare"]),
         ("grainlaw test brazil", ["plain,brazilian"]),
-        ("grainlaw test mine", []),
+        ("grainlaw test mine", ["file,mine"]),
+        ("grainlaw schema mine", []),
         ("grainlaw schema creep", ["plain,creep"]),
         ("grainlaw law mohr", ["plain,mohr-coulomb"]),
         ("grainlaw law mine", ["file,mine"]),

@@ -467,6 +467,7 @@ def test_a_sample_in_which_damage_grows_is_done_again_in_pieces(pieces, damage, 
     run.moment = lambda: run.state.damage
     run._return_to = lambda moment: setattr(run.state, "damage", moment)
     run._check, run._record, run._observe = lambda *_: None, record, lambda stage: 0.0
+    run._stand = lambda stage: ""
     with pytest.raises(gl.StageError, match=f"'press' did not end within {len(kept)} samples; it waits for the end"):
         run._run_stage()
     assert (told, rows) == (asked, kept)

@@ -1,5 +1,9 @@
 """Tests of one's own: what they may say, what they are told, and how they end."""
 
+import json
+import warnings
+from types import SimpleNamespace
+
 import attrs
 import numpy as np
 import pytest
@@ -7,6 +11,7 @@ from support import BRITTLE, small_sample
 
 import grainlaw as gl
 from grainlaw.protocols import failure_summary
+from grainlaw.results.means import mean_and_range
 
 BOTTOM = gl.loads.Drive(boundary="bottom", axis=1, speed=0)
 
@@ -95,6 +100,38 @@ def test_mistakes_of_a_test_of_ones_own_are_refused(given, words):
     gl.simulate(small_sample(12), BRITTLE, Careless(read="memory fatigue"))  # other laws have it
 
 
+@attrs.frozen(kw_only=True)
+class Listed(Pulled):
+    """A test with one value per cycle, as a list and as an array."""
+
+    quantities = (gl.Quantity("moduli", "GPa", is_main=True), gl.Quantity("works", "kJ/m"))
+
+    def summary(self, curves, specimen):
+        return {"moduli": np.array([50e9, 49.5e9]), "works": [1e3, 2e3]}
+
+
+def test_one_value_per_cycle_is_shown_in_its_unit_and_written(tmp_path):
+    result = gl.simulate(small_sample(12), BRITTLE, Listed())
+    assert result.summary["moduli"] == [50e9, 49.5e9]
+    assert "moduli (GPa): 50, 49.5" in str(result)
+    found = gl.compare(small_sample(12), {"brittle": BRITTLE, "same": BRITTLE}, Listed(), progress=False)
+    assert [line.split()[2:] for line in str(found).splitlines() if line.startswith("moduli")] == [
+        ["50,", "49.5", "50,", "49.5"]
+    ]
+    found.write(tmp_path)
+    assert json.loads((tmp_path / "summary.json").read_text())["laws"]["same"]["moduli"] == [50e9, 49.5e9]
+    for other, shown in (([3e3, 4e3], "2, 3"), ([3e3], "-")):
+        both = [result, SimpleNamespace(summary={"works": other})]
+        assert mean_and_range(result.quantity("works"), both, "works") == shown
+
+
+@pytest.mark.parametrize("stages", [None, [], "load", [3]])
+def test_a_test_without_stages_is_refused(stages):
+    protocol = type("Empty", (Pulled,), {"stages": lambda self, specimen: stages})()
+    with pytest.raises(gl.ParameterError, match=r"Empty.stages = .* at least one gl.Stage"):
+        gl.simulate(small_sample(12), BRITTLE, protocol)
+
+
 # --- how a test ends --------------------------------------------------------------------------------------------------
 
 
@@ -143,6 +180,33 @@ def test_a_stage_that_takes_twenty_times_its_samples_ends_the_run():
     stages = [gl.Stage(name="a", until=[gl.conditions.Lasts(1)], interval=1.0, **more)
               for more in ({}, {"expected": 5, "pieces": 4}, {"expected": 5, "sample_limit": 7})]  # fmt: skip
     assert [stage.most_samples for stage in stages] == [100_000, 400, 7]
+
+
+def test_a_column_that_is_no_number_ends_the_stage_that_waits_for_it():
+    nothing = type("Nothing", (Twice,), {"measure": lambda self, state: {"stress": np.nan, "strain": 0.0}})()
+    words = r"stage 'pull' waits for Fails\(.*, and Nothing.measure gave nan for stress"
+    with pytest.raises(gl.StageError, match=words) as told:
+        gl.simulate(small_sample(12), BRITTLE, nothing)
+    assert len(told.value.result.curves["stress"]) == 1
+
+
+def test_where_a_column_stands_is_told_of_a_stage_that_does_not_end():
+    with pytest.raises(gl.StageError, match=r"; stress is \S+, between \S+ and \S+ in this stage$"):
+        gl.simulate(small_sample(12), BRITTLE, Twice(expected=3))
+
+
+def test_a_stage_that_ends_at_once_where_many_samples_are_expected_is_told():
+    def pull(self, specimen):
+        return [attrs.evolve(Pulled.stages(self, specimen)[0], interval=1e-5, expected=expected)]
+
+    hasty = type("Hasty", (Pulled,), {"stages": pull})()
+    expected = 10
+    with pytest.warns(UserWarning, match="stage 'pull' ended at its first sample, and 10 were expected"):
+        gl.simulate(small_sample(12), BRITTLE, hasty)
+    expected = 9
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", message=".*first sample")
+        gl.simulate(small_sample(12), BRITTLE, hasty)
 
 
 # --- strength ---------------------------------------------------------------------------------------------------------

@@ -52,6 +52,69 @@ def test_a_run_is_repeated_with_the_same_numbers(done):
         assert (done / "again" / name).read_bytes() == (done / "out" / name).read_bytes()
 
 
+FEW = "--set", "sample.grains=12"
+OWN = """
+import attrs
+import grainlaw as gl
+from parts import SPEED
+
+@attrs.frozen(kw_only=True)
+class Pull(gl.LoadingProtocol):
+    time: float = gl.parameter("s")
+    quantities = (gl.Quantity("forces", "kN/m", is_main=True),)
+
+    def stages(self, specimen):
+        drives = [gl.loads.Drive(boundary=side, axis=1, speed=v) for side, v in (("top", SPEED), ("bottom", 0))]
+        return [gl.Stage(name="pull", loads=drives, until=[gl.conditions.Lasts(self.time)], interval=1e-6)]
+
+    def measure(self, state):
+        return {"force": state.reaction("top")[1]}
+
+    def summary(self, curves, specimen):
+        return {"forces": curves["force"][:2]}
+"""
+
+
+@pytest.mark.thorough
+def test_a_test_of_ones_own_runs_from_a_file_and_is_repeated_from_its_folder(tmp_path):
+    (tmp_path / "mine.py").write_text(OWN)
+    (tmp_path / "parts.py").write_text("SPEED = 0.01\n")
+    given, out = (*FEW, "--set", "test.time=3 us"), tmp_path / "out"
+    done = invoke("test", f"{tmp_path / 'mine.py'}:Pull", *given, "--out", out)
+    assert done.exit_code == 0, done.output
+    assert "forces (kN/m)" in done.output
+    assert (out / "test_files" / "mine.py").read_text() == OWN
+    assert [each["copy"] for each in json.loads((out / "run.json").read_text())["test_files"]] == [
+        "test_files/mine.py", "test_files/parts.py",
+    ]  # fmt: skip
+    assert 'type = "test_files/mine.py:Pull"' in (out / "config.toml").read_text()
+    (tmp_path / "parts.py").unlink()
+    again = invoke("rerun", out, "--out", tmp_path / "again")
+    assert "every number is the same" in again.output, again.output
+    asked = invoke("test", f"{out / 'test_files' / 'mine.py'}:Pull", "--config", out / "config.toml", "--template")
+    assert 'time = "3 us"' in asked.output, asked.output
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("mine.py:Pul", "test.type: there is no 'Pul' in mine.py; did you mean 'Pull'? (tests in mine.py: Pull)"),
+        ("mine.py", "test.type: name the test, as in mine.py:Pull (tests in mine.py: Pull)"),
+        ("none.py:Pull", "test.type: there is no file none.py"),
+        ("mine.py:Pull", "test.time (s) is missing: Pull needs it"),
+        ("own.py:Plain", "test.type: the test Plain must be an attrs class: @attrs.frozen(kw_only=True)"),
+        ("pull", "one of your own: FILE.py:TEST)"),
+    ],
+)
+def test_a_test_of_ones_own_that_cannot_be_is_refused(name, words, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text(OWN.replace("from parts import SPEED", "SPEED = 0.01"))
+    (tmp_path / "own.py").write_text("import grainlaw as gl\nclass Plain(gl.LoadingProtocol):\n    pass\n")
+    done = invoke("test", name, *FEW, "--out", tmp_path / "out")
+    assert done.exit_code == 2
+    assert words in " ".join(done.output.split())
+
+
 @pytest.mark.thorough
 def test_a_difference_is_said(done):
     for file in (done / "out").rglob("*"):

@@ -51,7 +51,8 @@ def test_means_and_ranges_by_hand():
     nothing = SimpleNamespace(summary={"load": float("nan")}, curves={}, law=None)
     assert mean_and_range(look, three, "load") == "50.0 (10.0 to 100.0)"
     assert mean_and_range(look, three, "count") == "20.0"
-    assert mean_and_range(look, three, "all") == mean_and_range(look, three, "none") == "-"
+    assert mean_and_range(look, three, "all") == "10.0, 20.0"
+    assert mean_and_range(look, three, "none") == "-"
     assert mean_and_range(look, [*three, nothing], "load") == "-"
     assert np.isnan(means([{"load": 1.0}, {"load": float("nan")}])["load"])
 

@@ -100,9 +100,9 @@ def test_a_level_that_is_refused_is_named_before_anything_runs(kind, words, tmp_
 )
 def test_levels_that_are_tried(levels, tried, monkeypatch):
     seen = []
-    protocol = SimpleNamespace(stages=lambda specimen: [])
-    run = SimpleNamespace(model=None, specimen=None, protocol=protocol, key=lambda: str(len(seen)))
+    run = SimpleNamespace(model=None, specimen=None, protocol=None, key=lambda: str(len(seen)))
     monkeypatch.setattr(studies.Recipe, "run", lambda _, factors: seen.append(factors["level"]) or run)
+    monkeypatch.setattr(studies, "stages_of", lambda *_: [])
     monkeypatch.setattr(studies, "warn_of_scales", lambda *_: None)
     study = gl.Study(lambda level: None, level=list(levels))
     study._try_levels([Task(key, factors) for key, factors in study._cases()], compile_too=False)

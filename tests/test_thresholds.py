@@ -37,7 +37,7 @@ def curves_of(load, lateral, stage=0, confinement=0.0):
     """Columns of a compression test with the modulus E."""
     axial = -load / E
     return {
-        "time": np.arange(len(load)) * 1.0, "stage": np.full(len(load), stage), "strain": -axial,
+        "time": np.arange(len(load)) * 1.0, "stage": np.broadcast_to(stage, len(load)), "strain": -axial,
         "stress": load + confinement, "lateral_strain": lateral, "volumetric_strain": axial + lateral,
     }  # fmt: skip
 
@@ -217,18 +217,15 @@ def test_first_hundredth_of_the_cracks_at_the_peak():
     assert np.isnan(stress_at_share({"time": LOAD}, LOAD, LOAD, 0.01))
 
 
-def damaged_at(*moments):
-    """A laboratory of frames with a number of damaged points at a time."""
-    frames = [SimpleNamespace(time=t, bonds={"damage": np.where(np.arange(100) < n, 0.5, 0)}) for t, n in moments]
-    curves = curves_of(np.concatenate([LOAD, LOAD[::-1]]), np.zeros(402))
-    return SimpleNamespace(result=SimpleNamespace(frames=frames, curves=curves, frame=lambda _, number: frames[number]))
-
-
-def test_the_onset_of_damage_is_read_between_frames():
-    few = damaged_at((0.0, 0), (50, 0), (150, 100), (200, 100))
-    assert stress_at_damage(few) == pytest.approx(25.5 * MPA)
-    assert stress_at_damage(few, 0.5) == pytest.approx(50 * MPA)
-    assert stress_at_damage(damaged_at((100.0, 7))) == pytest.approx(50 * MPA)
+def test_the_onset_of_damage_is_read_from_the_curves_also_of_a_cyclic_test():
+    """Up to 60 MPa without damage, down, and up again, where 100 points are damaged from 70 MPa to the peak at 100."""
+    load = np.concatenate([np.arange(61.0), np.arange(60.0, 0, -1), np.arange(101.0), [20.0]])
+    damaged = np.where(np.arange(len(load)) > 121, np.clip((load - 70) * 100 / 30, 0, 100), 0)
+    stage = np.repeat([0, 1, 2], [61, 60, 102])
+    curves = {**curves_of(load * MPA, np.zeros(len(load)), stage), "damaged": damaged}
+    found = SimpleNamespace(result=SimpleNamespace(curves=curves))
+    assert stress_at_damage(found) == pytest.approx(70.3 * MPA)
+    assert stress_at_damage(found, 0.5) == pytest.approx(85 * MPA)
 
 
 def test_bad_shares_are_refused():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar
@@ -15,14 +16,14 @@ from grainlaw.cli.minerals import check_cracks, laws_by_key, materials
 from grainlaw.cli.rock_file import checked_cite, is_rock, over_rock, rock_file
 from grainlaw.cli.sample import Sample, sample, with_notes
 from grainlaw.cli.sections import SECTIONS, Sections, toml
-from grainlaw.cli.setups import SETUPS, Setup
+from grainlaw.cli.setups import PRISM, SETUPS, SMALL_PRISM, Setup
 from grainlaw.contact import ContactLaw, Laws, check_names
 from grainlaw.engine.model import Model
 from grainlaw.engine.thread_count import AUTO, Threads, checked_threads
 from grainlaw.fields import ParameterError, parameter, whole_number
 from grainlaw.material import Material, Rigid
 from grainlaw.messages import nearest, refusal, short
-from grainlaw.protocol import LoadingProtocol
+from grainlaw.protocol import LoadingProtocol, stages_of
 from grainlaw.results.files import write_text
 from grainlaw.runs.record import versions
 from grainlaw.runs.simulation import LEAST_FACTOR, begun
@@ -69,6 +70,7 @@ class Configuration:
     sections: Sections
     law_files: Sequence[Path] = ()  #: the user's file with the law, and those of its folder that it imports
     material_files: Sequence[Path] = ()  #: the same of the rock
+    test_files: Sequence[Path] = ()  #: and of the test
 
     def check(self) -> None:
         """Raise what :func:`grainlaw.simulate` would raise before its first step."""
@@ -82,23 +84,23 @@ def write_config(file: Path, name: str, sections: Sections) -> None:
     write_text(file, f"# grainlaw test {name} --config {file.name}\n{heading}\n{toml(sections)}")
 
 
-def configured(name: str, sections: Sections, quick: bool = False) -> Configuration:
-    """The test of a name, with what the sections give in place of the defaults.
+def configured(name: Any, sections: Sections, quick: bool = False) -> Configuration:
+    """The test of a name, of FILE.py:TEST or as it is, with what the sections give in place of the defaults.
 
     Raises :class:`~grainlaw.fields.ParameterError` for what is unknown, missing, of another unit or out of bounds.
     """
-    setup, given = _of_setup(name, sections, quick)
+    setup, given, test_files = _of_setup(name, sections, quick)
     test = evolved(setup.protocol, given["test"], "test")
     parts = composed(given, setup.quick if quick else setup.sample)
     numerics = evolved(Numerics, given["numerics"], "numerics")
     specimen = parts.specimen(numerics.refinement)
     check_names(specimen, parts.law)
-    test.stages(specimen)  # refuses a specimen that it cannot hold
+    stages_of(test, specimen)  # refuses a specimen that it cannot hold
     made = {**parts.sections, "test": settings(test) | {"type": name}, "numerics": own(settings(numerics))}
     made = {name: section for name, section in made.items() if section}
     return Configuration(
         specimen=specimen, law=parts.law, protocol=test, numerics=numerics, sections=made, law_files=parts.law_files,
-        material_files=parts.material_files,
+        material_files=parts.material_files, test_files=test_files,
     )  # fmt: skip
 
 
@@ -151,7 +153,7 @@ def template(name: str, sections: Sections, quick: bool = False) -> str:
 
     What has no value is a comment, and what a test cannot do without is to be filled in. Raises ParameterError.
     """
-    setup, given = _of_setup(name, sections, quick)
+    setup, given, _ = _of_setup(name, sections, quick)
     given["rock"], cite = _without_cite(given["rock"])
     reference, law, _ = _begin_law(given["law"])
     rock_type, rock, _ = _begin_rock(given["rock"])
@@ -167,20 +169,41 @@ def template(name: str, sections: Sections, quick: bool = False) -> str:
     return f"# grainlaw test {name} --config FILE\n\n{toml({key: whole[key] for key in SECTIONS if whole[key]}, notes)}"
 
 
-def _of_setup(name: str, sections: Sections, quick: bool) -> tuple[Setup, Sections]:
-    """The test of a name, and what is given of each section; with the rock and the law of the test, if it has such."""
+def _setup(name: Any) -> tuple[Setup, list[Path]]:
+    """The test of a name, or of FILE.py:TEST on a prism, and its files.
+
+    A test that a file has been asked for already stands in the place of its name.
+    """
+    if not isinstance(name, str):
+        return Setup(name, PRISM, SMALL_PRISM), []
+    if ".py" in name:
+        try:
+            found, files = find_with_files(name, LoadingProtocol)
+        except LawReferenceError as error:
+            raise ParameterError(f"test.type: {error}") from None
+        return Setup(found, PRISM, SMALL_PRISM), files
     if name not in SETUPS:
-        raise ParameterError(f"there is no test {short(name)}{nearest(name, SETUPS)} (tests: {', '.join(SETUPS)})")
-    setup = SETUPS[name]
+        known = f"tests: {', '.join(SETUPS)}; one of your own: FILE.py:TEST"
+        raise ParameterError(f"there is no test {short(name)}{nearest(name, SETUPS)} ({known})")
+    return SETUPS[name], []
+
+
+def _of_setup(name: Any, sections: Sections, quick: bool) -> tuple[Setup, Sections, list[Path]]:
+    """The test of a name, what is given of each section, and the files of the test.
+
+    With the rock and the law of the test, if it has such.
+    """
+    setup, files = _setup(name)
     given = {section: dict(sections.get(section, {})) for section in SECTIONS}
-    if (other := given["test"].pop("type", name)) != name:
+    other = given["test"].pop("type", name)
+    if other != name and not (files and os.path.abspath(other) == os.path.abspath(name)):
         raise ParameterError(f"test.type = {other!r} is not allowed, the test is {name}")
     if is_rock(given["rock"].get("type")):
         given = over_rock(rock_file(given["rock"]["type"]), given, setup.quick if quick else setup.sample, quick)
     for section, usual in (("rock", setup.rock), ("law", setup.law)):
         if "type" not in given[section]:
             given[section] = {**usual, **given[section]}
-    return setup, given
+    return setup, given, files
 
 
 def _without_cite(rock: dict[str, Any]) -> tuple[dict[str, Any], tuple[str, ...]]:

@@ -1,4 +1,4 @@
-"""A law named on the command line: FILE.py:LAW."""
+"""A law, a material or a test of the user's own, named on the command line: FILE.py:LAW."""
 
 from __future__ import annotations
 
@@ -19,6 +19,9 @@ from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError
 from grainlaw.material import Material
 from grainlaw.messages import nearest
+from grainlaw.protocol import LoadingProtocol
+
+WORDS: dict[Any, str] = {ContactLaw: "law", Material: "material", LoadingProtocol: "test"}  #: what a file is asked for
 
 
 class LawReferenceError(ValueError):
@@ -40,9 +43,17 @@ def find_material(reference: str) -> Material:
     return material
 
 
+def find_test(reference: str) -> Any:
+    """The test of ``FILE.py:TEST``, an instance in the file or a class. Raises :class:`LawReferenceError`."""
+    return find_with_files(reference, LoadingProtocol)[0]
+
+
 def find_with_files(reference: str, kind: type) -> tuple[Any, list[Path]]:
-    """The law or material of a reference; its file, and those of its folder that it imports."""
-    word = "law" if kind is ContactLaw else "material"
+    """The law, material or test of a reference; its file, and those of its folder that it imports.
+
+    A class of tests stays one, for what it needs may be given beside it.
+    """
+    word = WORDS[kind]
     file, _, name = reference.rpartition(":") if ".py:" in reference else (reference, "", "")
     module, files = _run(Path(file))
     found = {key: value for key, value in vars(module).items() if not key.startswith("_") and _is(value, kind)}
@@ -56,7 +67,10 @@ def find_with_files(reference: str, kind: type) -> tuple[Any, list[Path]]:
     if not _is(chosen, kind):
         whole = "contact law" if kind is ContactLaw else word
         raise LawReferenceError(f"'{name}' in {file} is no {whole} but {_described(chosen)} ({known})")
-    return _made(chosen, file, word) if isinstance(chosen, type) else chosen, files
+    if isinstance(chosen, type) and not attrs.has(chosen):
+        raise LawReferenceError(f"the {word} {chosen.__name__} must be an attrs class: @attrs.frozen(kw_only=True)")
+    is_made = kind is LoadingProtocol or not isinstance(chosen, type)
+    return chosen if is_made else _made(chosen, file, word), files
 
 
 def _is(value: Any, kind: type) -> bool:
@@ -69,8 +83,6 @@ def _described(value: Any) -> str:
 
 def _made(kind: type[Any], file: str, word: str) -> Any:
     """An instance by defaults."""
-    if not attrs.has(kind):
-        raise LawReferenceError(f"the {word} {kind.__name__} must be an attrs class: @attrs.frozen(kw_only=True)")
     needed = [field.name for field in attrs.fields(kind) if field.init and field.default is attrs.NOTHING]
     if needed:
         given = ", ".join(f"{name}=..." for name in needed)

@@ -45,6 +45,8 @@ def rerun(context: click.Context, *, folder: Path, out: Path | None) -> None:
         arguments["config"] = folder / arguments["config"]
     elif ".py" in str(arguments.get("law", "")):
         arguments["law"] = str(folder / arguments["law"])
+    if name == "test" and ".py" in arguments["name"]:
+        arguments["name"] = str(folder / arguments["name"])
     context.invoke(command, **arguments, out=out)
     click.echo("")
     different = [line for line in _differences(folder, out) if line]

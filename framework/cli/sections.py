@@ -43,7 +43,7 @@ def checked_sections(sections: Sections, file: Path) -> Sections:
         check_section(name, file)
         if not isinstance(section, dict):
             raise refusal(f"{file}: {name}", section, f"a section [{name}]")
-    for name in ("law", "rock"):
+    for name in ("law", "rock", "test"):
         kind = sections.get(name, {}).get("type")
         if isinstance(kind, str) and ".py" in kind:
             sections[name]["type"] = os.fspath(file.parent / kind)

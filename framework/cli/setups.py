@@ -10,7 +10,6 @@ from grainlaw import protocols
 from grainlaw.cli.components import name_of, settings
 from grainlaw.cli.default_rock import LAWS, QUICK, ROCK, SAMPLE
 from grainlaw.contact import ContactLaw
-from grainlaw.protocol import LoadingProtocol
 from grainlaw.units import mm
 
 WIDTH, PULLED, SHEARED = 50 * mm, 10 * mm, 4 * mm  #: of two blocks with a joint: low ones do not snap back
@@ -57,7 +56,7 @@ class Setup:
     A test that most rocks or laws cannot be put through has ones with which it can, as far as they are known.
     """
 
-    protocol: type[LoadingProtocol]
+    protocol: Any  #: a class of tests, or a test
     sample: dict[str, Any]
     quick: dict[str, Any]
     rock: dict[str, Any] = attrs.field(factory=dict)

@@ -14,7 +14,7 @@ import attrs
 
 from grainlaw.cli.components import evolved
 from grainlaw.cli.configuration import Numerics, configured
-from grainlaw.cli.law_file import LawReferenceError, find_law, find_material
+from grainlaw.cli.law_file import LawReferenceError, find_law, find_material, find_test
 from grainlaw.cli.sections import Sections, assign, check_section, checked_sections, put, read_tables, value_toml
 from grainlaw.cli.setups import SETUPS
 from grainlaw.compiler.cache import is_portable
@@ -29,7 +29,7 @@ SEED = "seed"  #: the key over which means are taken
 Place = tuple[str, ...]  #: section and keys
 TYPES = ("law", "test", "rock")  #: sections that stand for their key ``type``
 #: what finds a level FILE.py:NAME
-FILES: dict[Place, Any] = {("law", "type"): find_law, ("rock", "type"): find_material}
+FILES: dict[Place, Any] = {("law", "type"): find_law, ("rock", "type"): find_material, ("test", "type"): find_test}
 ALONE = (("numerics", "threads"), ("numerics", "frames"))  #: what does not decide a result
 MOST = 1_000_000  #: levels of a range
 RANGE = re.compile(r"\s*([+-]?\d+)\s*\.\.\s*([+-]?\d+)\s*")
@@ -140,7 +140,7 @@ class FileCase:
         sections = {name: dict(section) for name, section in self.sections.items()}
         for name, level in levels.items():
             put(sections, self.places[name], level)
-        chosen = configured(str(sections["test"]["type"]), sections, self.quick)
+        chosen = configured(sections["test"]["type"], sections, self.quick)
         return Run(chosen.specimen, chosen.law, chosen.protocol, **chosen.numerics.step_options)
 
 
@@ -202,7 +202,9 @@ def study_of(file: Path, assignments: Sequence[str] = (), quick: bool = False) -
     for section, key in ALONE:
         sections.get(section, {}).pop(key, None)
     if ("test", "type") not in places.values() and not sections.get("test", {}).get("type"):
-        raise ParameterError(f'{file}: the test is missing: [test] type = "...", one of {", ".join(SETUPS)}')
+        raise ParameterError(
+            f'{file}: the test is missing: [test] type = "...", one of {", ".join(SETUPS)}, or FILE.py:TEST'
+        )
     sections.setdefault("test", {})
     for (section, key), find in FILES.items():
         kind = sections.get(section, {}).get(key)

@@ -28,7 +28,7 @@ from grainlaw.results.result import Result
 from grainlaw.results.tables import write_json
 from grainlaw.results.vtk import VtkWriter
 from grainlaw.runs.certify import limit_of, slower
-from grainlaw.runs.claim import MATERIAL_FILES, Claim
+from grainlaw.runs.claim import MATERIAL_FILES, TEST_FILES, Claim
 from grainlaw.runs.progress import Progress, RunBar
 from grainlaw.runs.record import versions
 from grainlaw.runs.simulation import simulate
@@ -41,16 +41,16 @@ FOLLOWED = 20  #: contact points that break first, whose paths an interactive pa
 @click.command(
     help=f"""Run a laboratory test of a rock specimen under a contact law, and report it.
 
-NAME is one of {", ".join(SETUPS)}. Every parameter can be given: in a TOML file with the sections [sample], [rock],
-[law], [test] and [numerics], or one by one, as in --set law.cohesion="30 MPa" (docs/configuration.md). Others are
-those of a published study.
+NAME is one of {", ".join(SETUPS)}, or FILE.py:TEST, a test of your own. Every parameter can be given: in a TOML file
+with the sections [sample], [rock], [law], [test] and [numerics], or one by one, as in --set law.cohesion="30 MPa"
+(docs/configuration.md). Others are those of a published study.
 
 Writes report.html, summary.json, curves.csv, cracks.csv, grains.pvd and cracks.pvd for ParaView and
 show_in_paraview.py, which opens them there, run.json, the record of what was run and with what, and config.toml, which
 runs the same test again. A test that is stopped goes on with --restart. The exit code is 2 for what is refused before
 the test, 1 for a test that could not end; what it recorded is written all the same."""
 )
-@click.argument("name", metavar="NAME", shell_complete=running.completed(SETUPS, or_file=False))
+@click.argument("name", metavar="NAME", shell_complete=running.completed(SETUPS))
 @running.model_options
 @running.folder_options
 @running.threads_option("Threads in the model.", default=None)
@@ -81,18 +81,24 @@ def test(
             from grainlaw.results.figures.interactive import require_bokeh, write_interactive  # loads matplotlib
 
             require_bokeh()
-    about = {"command": {"name": "test", "arguments": {"name": name, "config": CONFIG, "portable": is_portable()}}}
-    with running.writing_to(out, restart, overwrite, about) as claim:
+    arguments = {"name": name, "config": CONFIG, "portable": is_portable()}
+    with running.writing_to(out, restart, overwrite, {"command": {"name": "test", "arguments": arguments}}) as claim:
         law_there, files = copied(chosen.sections["law"]["type"], chosen.law_files, claim.path)
         rock_there, material_files = copied(
             chosen.sections["rock"]["type"], chosen.material_files, claim.path, MATERIAL_FILES
         )
+        test_there, test_files = copied(name, chosen.test_files, claim.path, TEST_FILES)
         sample_there, grain_files = copied_grains(chosen.sections["sample"], claim.path)
-        there = {name: {**chosen.sections[name], "type": at} for name, at in (("law", law_there), ("rock", rock_there))}
+        types = {"law": law_there, "rock": rock_there, "test": test_there}
+        there = {name: {**chosen.sections[name], "type": at} for name, at in types.items()}
         sections = {**chosen.sections, **there, "sample": sample_there}
-        copies = {"law_files": files, "material_files": material_files, "grain_files": grain_files}
+        copies = {
+            "law_files": files, "material_files": material_files, "test_files": test_files, "grain_files": grain_files,
+        }  # fmt: skip
         claim.about.update(configuration=chosen.sections, **copies)
-        write_config(claim.path / CONFIG, name, sections)
+        arguments["name"] = test_there
+        write_config(claim.path / CONFIG, test_there, sections)
+        name = test_there.rpartition(":")[2]
         probe = Probe(first=FOLLOWED) if interactive else None
         result, reason = _run(name, chosen, does_steps, claim, [] if probe is None else [probe])
         record = {**{key: chosen.sections[key] for key in ("sample", "numerics")}, "versions": versions()}

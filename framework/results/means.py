@@ -28,9 +28,11 @@ def means(summaries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 def mean_and_range(look: Quantity, results: Collection[Result], name: str) -> str:
     """``3.00 (2.00 to 5.00)``; the mean alone where all are shown alike, a dash where one does not exist.
 
-    ``> `` before it where one is only known to be above a value.
+    ``> `` before it where one is only known to be above a value; means alone of lists, as of one value per cycle.
     """
     found = [least_of(name, result) for result in results]
+    if all(isinstance(value, list) for value in found) and len({len(value) for value in found}) == 1:
+        return look.text(np.mean(found, axis=0).tolist())
     values = np.array([value if _is_number(value) else np.nan for value in found], dtype=float)
     if not len(values) or np.isnan(values).any():
         return "-"

@@ -159,7 +159,8 @@ class Result(metaclass=Checked):
         found = protocol.summary(curves, state.specimen) if curves and of_test else {}
         if not isinstance(found, Mapping):
             raise ParameterError(f"it returned {short(found)}, not a dictionary of properties by name")
-        summary = Named(found)
+        lists = {name: value.tolist() for name, value in found.items() if isinstance(value, np.ndarray)}
+        summary = Named({**found, **lists})
         summary |= {
             TENSILE_CRACKS: int(curves[TENSILE_CRACKS][-1]) if curves else 0,
             SHEAR_CRACKS: int(curves[SHEAR_CRACKS][-1]) if curves else 0,

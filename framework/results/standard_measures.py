@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING
 import attrs
 import numpy as np
 
-from grainlaw.columns import LATERAL_STRAIN, STRESS, TIME
+from grainlaw.columns import DAMAGED, LATERAL_STRAIN, STRESS, TIME
 from grainlaw.moduli import converted
 from grainlaw.results.measure import Measure
 from grainlaw.results.thresholds import (
@@ -150,11 +151,11 @@ def peak_of(laboratory: Laboratory) -> float:
 
 
 def stress_at_damage(laboratory: Laboratory, share: float = 0.01) -> float:
-    """Pa, when a share of the points damaged at the peak were damaged; as coarse as the frames."""
-    laboratory.result.frame("a measure of damage", -1)
-    frames = laboratory.result.frames
-    damaged = np.array([np.count_nonzero(frame.bonds["damage"] > 0) for frame in frames])
-    return stress_at_share(laboratory.result.curves, np.array([frame.time for frame in frames]), damaged, share)
+    """Pa, when a share of the points damaged at the peak were damaged."""
+    curves = laboratory.result.curves
+    if DAMAGED not in curves:
+        return math.nan
+    return stress_at_share(curves, curves[TIME], curves[DAMAGED], share)
 
 
 def stress_at_cracks(laboratory: Laboratory, share: float = 0.01) -> float:

@@ -20,6 +20,7 @@ from grainlaw.runs.progress_file import PROGRESS
 RUN, CHECKPOINT, FRAMES, LOCK = "run.json", "checkpoint.npz", "frames", ".grainlaw.lock"
 LAW_FILES = "law_files"  #: folder of the copies of a user's law files, with folders of their own
 MATERIAL_FILES = "material_files"  #: the same of materials
+TEST_FILES = "test_files"  #: and of tests
 GRAIN_FILES = "grain_files"  #: folder of the copy of the file that grains were read from
 
 REPLACED = ".replaced"  #: folder of a run that is being replaced, until the new one has its first sample
@@ -31,6 +32,7 @@ FOR_RESTART = (CHECKPOINT, f"{FRAMES}/*.npz", FRAMES)
 WRITTEN = (
     *FOR_RESTART, PROGRESS, "watch.html", "config.toml", "summary.json", "curves.csv", "cracks.csv", "report.html",
     "comparison.png", "cracks_*.png", f"{LAW_FILES}/**/*", LAW_FILES, f"{MATERIAL_FILES}/**/*", MATERIAL_FILES,
+    f"{TEST_FILES}/**/*", TEST_FILES,
     f"{GRAIN_FILES}/*", GRAIN_FILES,
     *(f"{name}{end}" for name in ("grains", "cracks", "contacts") for end in (".pvd", "_*.vtu")), RUN,
 )  # fmt: skip

@@ -33,6 +33,7 @@ from grainlaw.runs.stopping import Stopped
 from grainlaw.stage import Stage
 
 IDLE = 10  #: samples after which a stage without loads must have come nearer to its end
+MANY = 10  #: samples that are expected of a stage: then it should not end at its first
 LOADED = 0.9  #: progress of a stage that waits for rest when its loads have come
 TOLERATED_GAP = 0.5  #: energy made or lost, over the energy supplied: beyond it the run is unstable
 
@@ -160,6 +161,7 @@ class Execution:
             self.loader.go_on(stage)
             self.at.pieces = max(stage.pieces if grown else 1, self.loader.pieces(stage))
             if self._observe(stage) >= 1:
+                self._warn_of_haste(stage)
                 self.at.finished = self.at.stage == len(self.stages) - 1 or self._ends_test(stage)
                 self.at.stage += not self.at.finished
                 return
@@ -170,7 +172,24 @@ class Execution:
                 self._save(self.moment())
         expected = f" ({stage.expected} were expected)" if stage.expected else ""
         waited = f"stage '{stage.name}' did not end within {stage.most_samples} samples{expected}"
-        raise StageError(f"{waited}; it waits for {stage.ends}")
+        raise StageError(f"{waited}; it waits for {stage.ends}{self._stand(stage)}")
+
+    def _warn_of_haste(self, stage: Stage) -> None:
+        """Where a stage ends at once that should have many samples: a number of a wrong size ends it so."""
+        if self.columns.count - self.at.first_sample == 1 and (stage.expected or 0) >= MANY:
+            warnings.warn(
+                f"stage '{stage.name}' ended at its first sample, and {stage.expected} were expected: are its interval "
+                "and what it waits for in SI (m, s, Pa)?",
+                stacklevel=4,
+            )
+
+    def _stand(self, stage: Stage) -> str:
+        """Where the columns of the conditions of a stage are, in words and SI; empty without any."""
+        seen, found = self._seen_by_conditions(), []
+        for name in dict.fromkeys(name for end in stage.ends for name in end.columns if name in seen):
+            low, high, now = seen[name].min(), seen[name].max(), seen[name][-1]
+            found.append(f"{name} is {now:.4g}, between {low:.4g} and {high:.4g} in this stage")
+        return f"; {', '.join(found)}" if found else ""
 
     def _begin(self, stage: Stage) -> None:
         state, at = self.state, self.at
@@ -186,6 +205,12 @@ class Execution:
         """Show the sample to all observers; returns the share of the stage that is done."""
         curves = self.columns.since(self.at.first_sample)
         seen = self._seen_by_conditions()
+        for end in stage.ends:
+            if absent := [name for name in end.columns if name in seen and np.isnan(seen[name][-1])]:
+                raise StageError(
+                    f"stage '{stage.name}' waits for {end}, and {type(self.protocol).__name__}.measure gave nan for "
+                    f"{' and '.join(absent)}"
+                )
         progress = max(condition.progress(seen) for condition in stage.ends)
         if self.folder is not None:  # curves before pictures, which take more room
             self.folder.sample(self.columns.since(0), self.state)

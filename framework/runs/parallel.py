@@ -19,7 +19,7 @@ from grainlaw.engine.thread_count import AUTO, ThreadCount, Threads, checked_thr
 from grainlaw.fields import ParameterError
 from grainlaw.integration import Integrator
 from grainlaw.observation import Observer
-from grainlaw.protocol import LoadingProtocol
+from grainlaw.protocol import LoadingProtocol, stages_of
 from grainlaw.results.files import file_name
 from grainlaw.results.result import Result
 from grainlaw.runs.claim import Folder, check_file_names, claimed
@@ -161,7 +161,7 @@ def _longest_first(runs: Mapping[Key, Run], options: Mapping[str, Any]) -> list[
     models = {key: attrs.evolve(run, **given).model for key, run in runs.items()}
     for model in models.values():  # a law that is no law has no stiffness
         ask_first_questions(model)
-    work = {key: expected_work(models[key], run.protocol.stages(run.specimen)) for key, run in runs.items()}
+    work = {key: expected_work(models[key], stages_of(run.protocol, run.specimen)) for key, run in runs.items()}
     return sorted(runs, key=work.__getitem__, reverse=True)
 
 

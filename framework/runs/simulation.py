@@ -24,7 +24,7 @@ from grainlaw.integration import Integrator
 from grainlaw.loads import Quiet
 from grainlaw.messages import refusal
 from grainlaw.observation import Observer
-from grainlaw.protocol import LoadingProtocol
+from grainlaw.protocol import LoadingProtocol, stages_of
 from grainlaw.results.archive import law_name
 from grainlaw.results.result import Result
 from grainlaw.runs import record
@@ -166,7 +166,7 @@ def begun(
     ask_first_questions(model)
     check_memory(model.specimen, frames)
     state = State(model)
-    stages = list(protocol.stages(state.specimen))
+    stages = stages_of(protocol, state.specimen)
     check_ageing(model, stages)
     check_panels(type(protocol).__name__, protocol.panels, protocol.quantities)
     if integrator is not None:

@@ -24,6 +24,7 @@ from grainlaw.engine.stepping import InstabilityError, OverlapError, advance
 from grainlaw.fields import ParameterError
 from grainlaw.messages import short
 from grainlaw.observation import Observer
+from grainlaw.protocol import stages_of
 from grainlaw.results.archive import to_bytes
 from grainlaw.results.certificate import doubts
 from grainlaw.results.files import without_nan
@@ -83,7 +84,7 @@ def built(case: Callable[..., Run], given: Mapping[str, Any]) -> Run:
 
 def compiled(run: Run) -> None:
     """Compile all that a run needs, so that it is in the cache. Raises as the run would."""
-    stages = run.protocol.stages(run.specimen)
+    stages = stages_of(run.protocol, run.specimen)
     model = run.model
     ask_first_questions(model)
     state = State(model)

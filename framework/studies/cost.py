@@ -13,6 +13,7 @@ from grainlaw.engine.ledger import energies
 from grainlaw.engine.stable_step import StableStep
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import advance
+from grainlaw.protocol import stages_of
 from grainlaw.runs.estimate import estimate, expected_steps, in_words
 from grainlaw.runs.parallel import Run
 from grainlaw.runs.plausibility import lowest_frequency
@@ -68,7 +69,7 @@ def cost_of(tasks: Sequence[Task], rows: Sequence[Mapping[str, Any]], build: Any
 def probe(run: Run) -> tuple[float, float]:
     """CPU time (s) and bytes of a run, from the time of some steps and of one sample."""
     began = time.process_time()
-    stages = run.protocol.stages(run.specimen)
+    stages = stages_of(run.protocol, run.specimen)
     model = run.model
     state = State(model)
     state.begin(stages[0])

@@ -23,6 +23,7 @@ from grainlaw.engine.device import Gpu
 from grainlaw.engine.thread_count import cores
 from grainlaw.fields import ParameterError, checked_whole_number
 from grainlaw.messages import refusal, short
+from grainlaw.protocol import stages_of
 from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
 from grainlaw.results.standard_measures import MEASURES
@@ -185,7 +186,7 @@ class Study(metaclass=Checked):
                 try:
                     run = recipe.run(task.factors)
                     tried[task.case] = run.key()
-                    warn_of_scales(run.model, list(run.protocol.stages(run.specimen)))
+                    warn_of_scales(run.model, stages_of(run.protocol, run.specimen))
                     if compile_too and (kind := _kind(run)) not in laws:
                         compiled(run)
                         laws.add(kind)
