@@ -127,7 +127,7 @@ def parameter(
         default=default,
         converter=attrs.Converter(convert, takes_self=True, takes_field=True),
         validator=check,
-        metadata={"unit": unit, "bounds": bounds},
+        metadata={"unit": unit, "bounds": bounds, "usual": usual},
         eq=attrs.cmp_using(eq=np.array_equal),
     )
 

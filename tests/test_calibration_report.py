@@ -255,7 +255,7 @@ def test_a_target_is_met_within_five_percent_or_in_the_interval(answered):
     told = attrs.evolve(answered, checks=(wide,)).verdicts[-1]
     assert told == (  # three times as wide as what tells
         f"{wide.count} fresh specimens are too few to tell whether UCS is met: try fresh = {9 * wide.count} (of "
-        "[calibration]), the same call keeps all that was tested."
+        "[calibration]), the same call keeps all that was tested, or specimens of more grains, which scatter less."
     )
     assert (near.enough, far.enough) == (near.count, far.count)
 

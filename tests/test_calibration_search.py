@@ -17,7 +17,6 @@ from grainlaw.calibration.identifiability import Direction, _width, further, ide
 from grainlaw.calibration.matching import Match, conflicts, plausible, telling
 from grainlaw.calibration.posterior import Posterior, posterior
 from grainlaw.calibration.targets import Target
-from grainlaw.calibration.waves import Search, TestedPoints
 from grainlaw.laws import MohrCoulomb
 from grainlaw.units import MPa
 
@@ -152,16 +151,23 @@ def test_what_is_known_before_counts_by_its_covariance_as_another_set_of_tests()
     assert variance.tolist() == left[:, at, at].tolist()
 
 
-def test_how_far_tests_lie_from_what_was_known_is_told_in_standard_errors():
+def test_what_was_known_does_not_count_where_tests_lie_far_from_it():
     match, off = matched(space(), targets_at(HIDDEN, FOUR).tested), np.array([0.3, -0.5])
     points = space().prior(64, 5)
     assert match.apart(points) == {}
     scatter = np.diag(match.scatter(("tensile_strength", "ucs")))
-    expected = -off / np.sqrt(scatter + np.diag(Formulas.errors))  # the emulators are nearly exact here
+    expected = np.abs(off) / np.sqrt(scatter + np.diag(Formulas.errors))  # the emulators are nearly exact here
     apart = attrs.evolve(match, before=Formulas(off)).apart(points)
-    assert list(apart.values()) == pytest.approx(expected, rel=0.05)
-    above = points[~Formulas(off).known(points)]
-    assert attrs.evolve(match, before=Formulas(off)).apart(above[:1]) == {}
+    assert [each.mean() for each in apart.values()] == pytest.approx(expected, rel=0.05)
+    assert len(apart["ucs"]) == Formulas(off).known(points).sum() == 32
+    nothing = Formulas(off)
+    nothing.known = lambda points: np.zeros(len(points), dtype=bool)
+    assert [each.tolist() for each in attrs.evolve(match, before=nothing).apart(points).values()] == [[], []]
+    for far in (Formulas(off), nothing):
+        for with_it, without in zip(
+            attrs.evolve(match, before=far).expected(points), match.by_tests(points), strict=True
+        ):
+            assert (with_it == without).all()
 
 
 def test_what_is_plausible_meets_the_targets():
@@ -510,18 +516,6 @@ def test_intervals_hold_the_truth():
         held[k] = [low <= value <= high for (low, high), value in zip(ends, point, strict=True)]
     assert held.mean() >= 0.9, held.sum(axis=0)
     assert held.sum(axis=0).min() >= 16, held.sum(axis=0)
-
-
-@pytest.mark.parametrize(("off", "counts"), [(0.02, True), (0.5, False)])
-def test_a_search_does_without_what_was_known_where_its_tests_lie_far_from_it(off, counts):
-    told, before = [], Formulas(np.array([0.0, off]))
-    search = Search(space(), targets_at(HIDDEN, FOUR).tested, FOUR, FormulaRock(0, 0.01), (1, 2, 3), 60, 0,
-                    tell=told.append, before=before)  # fmt: skip
-    points = search.space.at_reference(search.space.prior(40, 1))
-    match = search._match(TestedPoints(points, *search._tested(points, search.seeds)))
-    assert (match.before is before) == counts
-    expected = [] if counts else ["the first look does not count: these specimens lie UCS by "]
-    assert [words[: len(expected[0])] for words in told] == expected
 
 
 @pytest.mark.slow

@@ -1,6 +1,7 @@
 """What a calibration may aim at, and the parameters it may look for."""
 
 import math
+import warnings
 
 import attrs
 import numpy as np
@@ -199,7 +200,9 @@ def test_a_law_is_made_with_what_is_tied():
     ("law", "free", "tied", "words"),
     [
         (BASE, {"tensile_strenght": (1, 2)}, {}, "there is no parameter 'tensile_strenght'; did you mean"),
-        (BASE, {"cohesion": (2, 1)}, {}, "free: cohesion = 1 Pa is not allowed"),
+        (BASE, {"cohesion": (2, 1)}, {}, r"free: cohesion = \(2, 1\) is not allowed, .* in Pa, the lower end first"),
+        (BASE, {"friction_angle": (20, 100)}, {}, "friction_angle = 100 deg is not allowed, it must be .* below 90"),
+        (BASE, {"tensile_strength": (-1, 2e6)}, {}, "tensile_strength = -1 Pa is not allowed, .* above 0"),
         (BASE, {"cohesion": 3}, {}, r"free: cohesion = 3 is not allowed, it must be \(low, high\)"),
         (BASE, {}, {}, "free is empty"),
         (BASE, {"cohesion": (1e6, 2e6)}, {"cohesion": ("cohesion", 2)}, "'cohesion' is free and tied"),
@@ -217,8 +220,29 @@ def test_what_cannot_be_looked_for_is_refused(law, free, tied, words):
         space_of(law, free, tied, {})
 
 
+def test_a_range_without_its_unit_is_told_once():
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        found = space_of(BASE, {"cohesion": (15, 60)}, {}, {})
+        found.allowed(found.points(np.array([[0.2], [0.8]])))
+    assert [str(each.message) for each in told] == [
+        "calibrate: free: cohesion = 15 Pa is unusual, usual are 1000 to 1e+10 Pa: is the unit right?"
+    ]
+
+
+def test_a_range_that_cuts_off_an_interval_is_told():
+    rocks = space(free={"tensile_strength": (10 * MPa, 40 * MPa), "cohesion": (20 * MPa, 80 * MPa)}, tied={})
+    places = np.column_stack([np.linspace(0.5, 1.0, 101), np.linspace(0.0, 1.0, 101)])  # the other is not determined
+    points = rocks.points(places)
+    words = "The range of tensile_strength cuts off the interval: a wider one may hold more."
+    assert rocks.at_ends(rocks.points(np.array([[0.8, 0.5]]))[0], points) == words
+    both = rocks.at_ends(rocks.points(np.array([[0.995, 0.5]]))[0], points)
+    assert both == "The best is at an end of the range of tensile_strength: a wider one may meet more."
+    assert rocks.at_ends(points[60], points[40:60]) == ""
+
+
 @pytest.mark.thorough
 def test_ranges_that_the_law_refuses_as_a_whole_are_refused():
     rocks = space(free={"tensile_strength": (20 * MPa, 30 * MPa), "cohesion": (1 * MPa, 2 * MPa)}, tied={})
-    with pytest.raises(gl.ParameterError, match="CohesiveCrack refuses nearly all of it"):
+    with pytest.raises(gl.ParameterError, match=r"refuses nearly all of it, .*; of one of the others CohesiveCrack: "):
         rocks.prior(16, seed=0)

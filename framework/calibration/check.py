@@ -10,13 +10,14 @@ import numpy as np
 
 from grainlaw.calibration.emulator import restored
 from grainlaw.calibration.matching import Match
-from grainlaw.calibration.targets import Target, Targets, measured_by
+from grainlaw.calibration.targets import AIMS, Target, Targets, measured_by
 from grainlaw.calibration.trials import Simulator
 from grainlaw.results.means import spread
 
 NEAR = 0.05  #: of a target
 UNDECIDED = "undecided"
 WIDE = 0.1  #: of a target: half of an interval by which nothing is shown
+FAR = 1.5  #: times the median: specimens that lock between their platens bear so much
 NORMAL = 1.959964  #: deviations of a normal distribution that hold 95 %
 
 
@@ -31,6 +32,7 @@ class Compared:
     measured: float  #: mean
     interval: tuple[float, float]  #: 95 % of the mean
     count: int
+    values: tuple[float, ...] = ()  #: of each specimen that has one
 
     @property
     def off(self) -> float:
@@ -56,6 +58,17 @@ class Compared:
             return self.count
         low, high = self.interval
         return round(self.count * ((high - low) / (2 * WIDE * abs(self.target.value))) ** 2)
+
+    @property
+    def outliers(self) -> str:
+        """How many specimens have far more than most of them, in words; empty where none has."""
+        middle = float(np.median(self.values)) if self.values else math.nan
+        far = sum(value > FAR * middle for value in self.values)
+        if not far:
+            return ""
+        shown = AIMS[self.name].shown
+        of_median = f"{FAR:g} times the median {shown.words}, {shown.with_unit(middle)}"
+        return f"{far} of {len(self.values)} have more than {of_median}"
 
     @property
     def verdict(self) -> str:
@@ -88,5 +101,6 @@ def _row(
         low, middle, high = restored(name, mean[0] + NORMAL * deviation * np.array([-1, 0, 1]))
         predicted, ends = float(middle), (float(low), float(high))
     return Compared(
-        name, given.get(name), predicted, ends, measured["mean"], measured["interval"], measured["count"]
+        name, given.get(name), predicted, ends, measured["mean"], measured["interval"], measured["count"],
+        tuple(map(float, values[np.isfinite(values)])),
     )  # fmt: skip

@@ -308,6 +308,7 @@ class FirstLook(metaclass=Checked):
     least: float  #: implausibility of the best point
     stiffness: Stiffness | None = None  #: that of the contacts; None without elastic targets
     elastic: Mapping[str, Target] = attrs.field(factory=dict)  #: targets that statics meet
+    nearest: np.ndarray | None = None  #: (d,) the best point, plausible or not
 
     @property
     def law(self) -> ContactLaw:
@@ -387,8 +388,22 @@ class FirstLook(metaclass=Checked):
     def in_words(self) -> str:
         """The best parameters in one line."""
         if self.posterior is None:
-            return f"nothing in the ranges is plausible, at best {self.least:.1f} deviations off"
+            words = f"nothing in the ranges is plausible, at best {self.least:.1f} deviations off"
+            return f"{words}: {self._far}" if self.nearest is not None else words
         return ", ".join(f"{f.name} = {rounded(self.best[f.name], f.unit)}" for f in self.match.space.free)
+
+    @property
+    def _far(self) -> str:
+        """Which targets the best point does not meet, and what it gives."""
+        assert self.nearest is not None
+        means, off = self.match.predicted(self.nearest[None])[0][0], self.match.implausibility(self.nearest[None])[0]
+        found = []
+        for (name, target), mean, each in zip(self.match.targets.items(), means, off, strict=True):
+            shown, value = AIMS[name].shown, math.exp(mean) if AIMS[name].is_log else mean
+            if each > LIMIT:
+                found.append(f"{shown.words} is {shown.with_unit(value)} and not {shown.with_unit(target.value)}")
+        free = zip(self.match.space.free, self.nearest, strict=True)
+        return f"{', '.join(found)} where {', '.join(f'{f.name} = {rounded(v, f.unit)}' for f, v in free)}"
 
     def __str__(self) -> str:
         if self.posterior is None:
@@ -404,9 +419,18 @@ class FirstLook(metaclass=Checked):
             text = AIMS[name].shown.text
             told.append([AIMS[name].shown.heading, text(targets[name].value), text(value),
                          f"{text(least)} to {text(most)}"])  # fmt: skip
-        ends = self.match.space.at_ends(self.posterior.best)
+        ends = self.match.space.at_ends(self.posterior.best, self.posterior.points)
         parts = [aligned(rows, rule=True), *([ends] if ends else []), aligned(told, rule=True)]
-        return "\n\n".join([self.stiffness.in_words, *parts] if self.stiffness else parts)
+        return "\n\n".join([self._statics, *parts] if self.stiffness else parts)
+
+    @property
+    def _statics(self) -> str:
+        """What statics gave, and why that is not what is wanted of a test."""
+        assert self.stiffness is not None
+        by_statics = {"youngs_modulus": self.stiffness.modulus, "poissons_ratio": self.stiffness.poisson}
+        beside = any(abs(by_statics[name] / target.value - 1) > WITHIN for name, target in self.elastic.items())
+        aimed = ": beside the targets, for contacts that crack before half of the peak move them in a test"
+        return self.stiffness.in_words + (aimed if beside else "")
 
 
 def first_match(
@@ -435,4 +459,4 @@ def looked_at(
         return "it knows no rock with these parameters; its ranges are in docs/calibration.md"
     found = posterior(match, start, seed)
     least = float(match.implausibility(found.best[None]).max())
-    return FirstLook(match, found if least <= LIMIT else None, least, stiffness, targets.elastic)
+    return FirstLook(match, found if least <= LIMIT else None, least, stiffness, targets.elastic, found.best)

@@ -83,21 +83,45 @@ class Match:
         return means, self.scatter(self.names) + np.einsum("nt,tu->ntu", variances, np.eye(len(self.names)))
 
     def expected(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The same by the tests and by what was known before, each by its covariance."""
+        """The same by the tests and by what was known before, each by its covariance.
+
+        What was known does not count at a point where it lies more than the limit of implausibility from the tests.
+        """
         means, covariances = self.by_tests(points)
         if self.before is None:
             return means, covariances
-        known = np.flatnonzero(self.before.known(points))
-        if not len(known):
-            return means, covariances
-        rows = [self.names.index(name) for name in self.before.targets]
-        others, errors = self.before.predicted(points[known])
-        shared = covariances[known][:, :, rows]  # (m, t, k)
-        gain = np.linalg.solve(shared[:, rows] + errors, shared.transpose(0, 2, 1)).transpose(0, 2, 1)
-        off = others - means[known][:, rows]
-        means[known] += np.einsum("mtk,mk->mt", gain, off)
-        covariances[known] -= np.einsum("mtk,muk->mtu", gain, shared)
+        at, others, errors, apart = self._beside(points, means, covariances)
+        counts = apart.max(axis=1, initial=0.0) <= LIMIT
+        at, others, errors = at[counts], others[counts], errors[counts]
+        shared = covariances[at][:, :, self._known]  # (m, t, k)
+        gain = np.linalg.solve(shared[:, self._known] + errors, shared.transpose(0, 2, 1)).transpose(0, 2, 1)
+        means[at] += np.einsum("mtk,mk->mt", gain, others - means[at][:, self._known])
+        covariances[at] -= np.einsum("mtk,muk->mtu", gain, shared)
         return means, covariances
+
+    def apart(self, points: np.ndarray) -> dict[str, np.ndarray]:
+        """By target, in standard errors, how far (m,) tests lie from what was known before, at its points."""
+        if self.before is None:
+            return {}
+        *_, apart = self._beside(points, *self.by_tests(points))
+        return dict(zip(self.before.targets, apart.T, strict=True))
+
+    @property
+    def _known(self) -> list[int]:
+        """Which targets something was known of before."""
+        return [] if self.before is None else [self.names.index(name) for name in self.before.targets]
+
+    def _beside(
+        self, points: np.ndarray, means: np.ndarray, covariances: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """The points (m,) of which something was known, its means and covariances, and how far (m, k) tests lie off."""
+        assert self.before is not None
+        at, k = np.flatnonzero(self.before.known(points)), len(self._known)
+        if not len(at):
+            return at, np.empty((0, k)), np.empty((0, k, k)), np.empty((0, k))
+        others, errors = self.before.predicted(points[at])
+        variance = np.einsum("mkk->mk", covariances[at][:, self._known][:, :, self._known] + errors)
+        return at, others, errors, np.abs(means[at][:, self._known] - others) / np.sqrt(variance)
 
     def one(self, points: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray]:
         """Mean (n,) and variance (n,) of a quantity of all specimens, target or not, as it is emulated."""
@@ -107,21 +131,6 @@ class Match:
             return means[:, k], covariances[:, k, k]
         means, variances = self.predicted(points, [name])
         return means[:, 0], variances[:, 0] + self.scatter([name])[0, 0]
-
-    def apart(self, points: np.ndarray) -> dict[str, float]:
-        """By target, in standard errors, how far tests lie from what was known before, in the mean over points (n, d).
-
-        Both err alike at all points: by their seeds, and as the rock is none of those that are known.
-        """
-        known = points[self.before.known(points)] if self.before else points[:0]
-        if self.before is None or not len(known):
-            return {}
-        means, covariances = self.by_tests(known)
-        rows = [self.names.index(name) for name in self.before.targets]
-        others, errors = self.before.predicted(known)
-        variance = np.einsum("nkk->nk", covariances[:, rows][:, :, rows] + errors).mean(axis=0)
-        found = (means[:, rows] - others).mean(axis=0) / np.sqrt(variance)
-        return dict(zip(self.before.targets, map(float, found), strict=True))
 
     def implausibility(self, points: np.ndarray) -> np.ndarray:
         """(n, t) of each target."""

@@ -119,11 +119,25 @@ class Calibration(metaclass=Checked):
                 lines.append(f"with which tests gave {in_words(self.stiffness.tested)} in the pilot")
         scale = self.space.scale
         if self.first_look is not None:
-            ignored = "" if self.found.match.before else "; it does not count, these specimens lie too far from it"
-            lines.append(f"first look, by no test: {self.first_look.in_words}{ignored}")
+            lines.append(f"first look, by no test: {self.first_look.in_words}")
+            lines += self._apart
         if scale is not None:
             lines.append(f"groups: {', '.join(self.space.groups)}; {scale.name} follows from similarity")
         return "\n".join(lines)
+
+    @property
+    def _apart(self) -> list[str]:
+        """Where these specimens lie so far from the first look that it does not count, in words."""
+        design, match = self.found.design, self.found.match
+        apart = match.apart(self.space.scaled(design.points, design.scales))
+        far = np.array(list(apart.values())).max(axis=0, initial=0.0) > LIMIT if apart else np.zeros(0, dtype=bool)
+        if not far.any():
+            return []
+        by = " and ".join(AIMS[name].shown.words for name, off in apart.items() if off.max() > LIMIT)
+        return [
+            f"which does not count at {far.sum()} of the {len(far)} points that it knows: there tests lie more than "
+            f"{LIMIT:g} standard errors from it, in {by}"
+        ]
 
     @property
     def parameter_lines(self) -> list[list[str]]:
@@ -157,9 +171,16 @@ class Calibration(metaclass=Checked):
             are = "is" if len(undecided) == 1 else "are"
             lines.append(
                 f"{count} fresh specimens are too few to tell whether {' and '.join(undecided)} {are} met: try "
-                f"fresh = {enough} (of [calibration]), the same call keeps all that was tested."
+                f"fresh = {enough} (of [calibration]), the same call keeps all that was tested, or specimens of more "
+                "grains, which scatter less."
             )
-        if ends := self.space.at_ends(np.array([self.best[name] for name in self.space.names])):
+        if far := [each.outliers for each in self.checks if each.target is not None and each.outliers]:
+            several = f"Of the fresh specimens {', '.join(far)}, as where grains lock."
+            rule = "do so less, but not under confinement with friction angles above 50 degrees."
+            lines.append(f"{several} Specimens of nine grains or more across {rule}")
+        assert self.found.posterior is not None
+        point = np.array([self.best[name] for name in self.space.names])
+        if ends := self.space.at_ends(point, self.found.posterior.points):
             lines.append(ends)
         return lines or ["The tests see all directions."]
 

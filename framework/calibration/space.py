@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -13,13 +14,14 @@ import scipy
 
 from grainlaw.arguments import Checked, is_number
 from grainlaw.contact import ContactLaw
-from grainlaw.fields import ParameterError, checked_number
+from grainlaw.fields import Bounds, ParameterError, UnitWarning, checked_number, unusual
 from grainlaw.messages import nearest, refusal, short
 
 #: Power of the strengths with which a parameter of a unit grows if the rock becomes stronger and stays as stiff:
 #: strains and displacements grow alike, times and lengths of the specimen do not.
 POWERS = {"Pa": 1, "J/m2": 2, "m": 1, "m/s": 1, "Pa/m": 0, "deg": 0, "1": 0, "s": 0, "1/s": 0, "kg/m3": 0}
 AT_END = 0.01  #: of a range: so near its end lies what would go beyond it
+CUT, NARROW = 0.03, 0.75  #: of a range: so near its end an interval is cut off, if it is no wider
 DIGITS = 5  #: of parameters that are tried
 MOST_REFUSED = 200  #: times as many points as are wanted
 
@@ -102,7 +104,9 @@ class Space(metaclass=Checked):
 
     def made(self, values: Mapping[str, Any]) -> ContactLaw:
         """The law with these free parameters. Raises :class:`ParameterError` where it refuses them."""
-        return law_with(self.law, self.base, self.ties, values)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UnitWarning)  # told of the ranges
+            return law_with(self.law, self.base, self.ties, values)
 
     def mapping(self, point: np.ndarray) -> dict[str, float]:
         """A point by the names of its parameters."""
@@ -139,6 +143,15 @@ class Space(metaclass=Checked):
             return False
         return True
 
+    def _why_refused(self, points: np.ndarray) -> str:
+        """What the law says of the first of the points (n, d) that it refuses."""
+        first = next(point for point in points if not self.allowed(point[None])[0])
+        try:
+            self.made(self.mapping(first))
+        except (ParameterError, ValueError, TypeError) as error:
+            return f"of one of the others {error}"
+        return ""
+
     def prior(self, count: int, seed: int) -> np.ndarray:
         """(count, d) points of a scrambled Sobol sequence that the law takes. Raises :class:`ParameterError`."""
         drawn = scipy.stats.qmc.Sobol(len(self.free), rng=seed)
@@ -153,7 +166,7 @@ class Space(metaclass=Checked):
             if asked > MOST_REFUSED * count + 4096:
                 raise ParameterError(
                     f"calibrate: free = {short(self.ends)} is not allowed: {self.kind.__name__} refuses nearly all of "
-                    f"it, {have} of {asked} points are left"
+                    f"it, {have} of {asked} points are left; {self._why_refused(points)}"
                 )
         return np.concatenate(found)[:count]
 
@@ -161,13 +174,18 @@ class Space(metaclass=Checked):
     def ends(self) -> dict[str, tuple[float, float]]:
         return {free.name: (free.low, free.high) for free in self.free}
 
-    def at_ends(self, point: np.ndarray) -> str:
-        """What parameters (d,) lie at an end of their ranges, in words; empty where none does."""
-        shares = zip(self.names, self.places(point[None])[0], strict=True)
-        named = [name for name, share in shares if min(share, 1 - share) < AT_END]
-        return (
-            f"The best is at an end of the range of {' and '.join(named)}: a wider one may meet more." if named else ""
-        )
+    def at_ends(self, best: np.ndarray, points: np.ndarray) -> str:
+        """Which of the best parameters (d,), or intervals of points (n, d), end where their range does, in words."""
+        shares = dict(zip(self.names, self.places(best[None])[0], strict=True))
+        at_end = [name for name, share in shares.items() if min(share, 1 - share) < AT_END]
+        ends = np.quantile(self.places(points), [0.025, 0.975], axis=0)
+        cut = [name for name, (low, high) in zip(self.names, ends.T, strict=True)
+               if name not in at_end and min(low, 1 - high) < CUT and high - low < NARROW]  # fmt: skip
+        told = {
+            "The best is at an end of the range of {}: a wider one may meet more.": at_end,
+            "The range of {} cuts off the interval: a wider one may hold more.": cut,
+        }
+        return " ".join(words.format(" and ".join(names)) for words, names in told.items() if names)
 
     # --- similarity --------------------------------------------------------------------------------------------------
 
@@ -267,14 +285,15 @@ def space_of(law: Any, free: Mapping[str, Any], tied: Mapping[str, Any], base: M
     kind = law if isinstance(law, type) else type(law)
     if not (isinstance(kind, type) and issubclass(kind, ContactLaw) and attrs.has(kind)):
         raise refusal("calibrate: law", law, "a ContactLaw, or a class of them")
-    units = {field.name: field.metadata["unit"] for field in attrs.fields(kind) if "unit" in field.metadata}
+    fields_of = {field.name: field.metadata for field in attrs.fields(kind) if "unit" in field.metadata}
+    units = {name: each["unit"] for name, each in fields_of.items()}
     if not free:
         raise ParameterError("calibrate: free is empty, it must have one parameter with its range at least")
     for name in (*free, *tied):
         if name not in units:
             has = f"{kind.__name__} has: {', '.join(units)}"
             raise ParameterError(f"calibrate: there is no parameter '{name}'{nearest(str(name), units)} ({has})")
-    ranges = [_range(name, given, units[name]) for name, given in free.items()]
+    ranges = [_range(name, given, fields_of[name]) for name, given in free.items()]
     ties = [_tie(name, given, units, free) for name, given in tied.items()]
     if both := [tie.name for tie in ties if tie.name in free]:
         raise ParameterError(f"calibrate: '{both[0]}' is free and tied, it must be one of both")
@@ -289,14 +308,22 @@ def space_of(law: Any, free: Mapping[str, Any], tied: Mapping[str, Any], base: M
     return Space(law, tuple(ranges), tuple(ties), dict(base))
 
 
-def _range(name: str, given: Any, unit: str) -> Free:
-    where = f"calibrate: free: {name}"
+def _range(name: str, given: Any, declared: Mapping[str, Any]) -> Free:
+    where, unit = f"calibrate: free: {name}", declared["unit"]
     try:
         low, high = given
     except (TypeError, ValueError):
         raise refusal(where, given, f"(low, high) in {unit}") from None
-    low = checked_number(where, low, unit)
-    return Free(name, unit, low, checked_number(where, high, unit, above=low))
+    low, high = (checked_number(where, end, unit) for end in (low, high))
+    if low >= high:
+        raise refusal(where, given, f"(low, high) in {unit}, the lower end first")
+    bounds, usual = declared.get("bounds"), declared.get("usual")
+    for end in (low, high):
+        if isinstance(bounds, Bounds) and not bounds.allow(end):
+            raise ParameterError(f"{where} = {end:g} {unit} is not allowed, it must be {bounds}")
+    if words := usual and next(filter(None, (unusual(where, end, unit, usual) for end in (low, high))), ""):
+        warnings.warn(UnitWarning(words), stacklevel=6)
+    return Free(name, unit, low, high)
 
 
 def _tie(name: str, given: Any, units: Mapping[str, str], free: Mapping[str, Any]) -> Tie:

@@ -202,13 +202,7 @@ class Search:
                     f"calibrate: {name} has a value at {known} of {len(design.points)} points only{why}; "
                     "narrow the ranges, or change the test"
                 )
-        match = Match(self.space, self.targets, found, samples, self.before)
-        apart = match.apart(self.space.scaled(design.points, design.scales))
-        far = [f"{AIMS[name].shown.words} by {abs(off):.1f}" for name, off in apart.items() if abs(off) > LIMIT]
-        if not far:
-            return match
-        self.tell(f"the first look does not count: these specimens lie {', '.join(far)} standard errors from it")
-        return attrs.evolve(match, before=None)
+        return Match(self.space, self.targets, found, samples, self.before)
 
     def _next(self, match: Match, left: Plausible, room: int, number: int) -> np.ndarray:
         """Points of the next wave: the best one, and those that tell most; none where no more is to be learnt."""
