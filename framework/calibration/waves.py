@@ -18,7 +18,7 @@ from grainlaw.calibration.matching import (
     conflicts,
     plausible,
     telling,
-)  # fmt: skip
+)
 from grainlaw.calibration.posterior import Posterior, posterior
 from grainlaw.calibration.space import Space
 from grainlaw.calibration.targets import AIMS, CONFINED, Target

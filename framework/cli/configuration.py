@@ -174,8 +174,9 @@ def _setup(name: Any) -> tuple[Setup, list[Path]]:
 
     A test that a file has been asked for already stands in the place of its name.
     """
-    if not isinstance(name, str):
+    if isinstance(name, LoadingProtocol) or (isinstance(name, type) and issubclass(name, LoadingProtocol)):
         return Setup(name, PRISM, SMALL_PRISM), []
+    name = str(name)
     if ".py" in name:
         try:
             found, files = find_with_files(name, LoadingProtocol)
@@ -196,7 +197,7 @@ def _of_setup(name: Any, sections: Sections, quick: bool) -> tuple[Setup, Sectio
     setup, files = _setup(name)
     given = {section: dict(sections.get(section, {})) for section in SECTIONS}
     other = given["test"].pop("type", name)
-    if other != name and not (files and os.path.abspath(other) == os.path.abspath(name)):
+    if other != name and not (files and os.path.abspath(str(other)) == os.path.abspath(name)):
         raise ParameterError(f"test.type = {other!r} is not allowed, the test is {name}")
     if is_rock(given["rock"].get("type")):
         given = over_rock(rock_file(given["rock"]["type"]), given, setup.quick if quick else setup.sample, quick)
