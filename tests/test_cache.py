@@ -157,7 +157,7 @@ def afresh(cache, monkeypatch):
 DAMAGES = {
     "cut": lambda b: b[: len(b) // 2],
     "empty": lambda b: b"",
-    "changed": lambda b: b[:3000] + bytes(16) + b[3016:],
+    "changed": lambda b: b[:3000] + bytes(255 - each for each in b[3000:3016]) + b[3016:],
     "another function's": lambda b: b.replace(b'"function": "', b'"function": "_'),
     "no header": lambda b: b"[1]" + b[b.index(b"\n") :],
 }
