@@ -19,6 +19,7 @@ import numpy as np
 
 from grainlaw.arguments import Checked
 from grainlaw.calibration.check import NORMAL
+from grainlaw.calibration.emulator import restored
 from grainlaw.calibration.matching import LIMIT, normal_likelihood
 from grainlaw.calibration.posterior import Posterior, posterior
 from grainlaw.calibration.space import Space
@@ -399,8 +400,9 @@ class FirstLook(metaclass=Checked):
         means, off = self.match.predicted(self.nearest[None])[0][0], self.match.implausibility(self.nearest[None])[0]
         found = []
         for (name, target), mean, each in zip(self.match.targets.items(), means, off, strict=True):
-            shown, value = AIMS[name].shown, math.exp(mean) if AIMS[name].is_log else mean
+            shown = AIMS[name].shown
             if each > LIMIT:
+                value = float(restored(name, mean))
                 found.append(f"{shown.words} is {shown.with_unit(value)} and not {shown.with_unit(target.value)}")
         free = zip(self.match.space.free, self.nearest, strict=True)
         return f"{', '.join(found)} where {', '.join(f'{f.name} = {rounded(v, f.unit)}' for f, v in free)}"
@@ -427,8 +429,9 @@ class FirstLook(metaclass=Checked):
     def _statics(self) -> str:
         """What statics gave, and why that is not what is wanted of a test."""
         assert self.stiffness is not None
-        by_statics = {"youngs_modulus": self.stiffness.modulus, "poissons_ratio": self.stiffness.poisson}
-        beside = any(abs(by_statics[name] / target.value - 1) > WITHIN for name, target in self.elastic.items())
+        beside = any(
+            abs(self.stiffness.moduli[name] / target.value - 1) > WITHIN for name, target in self.elastic.items()
+        )
         aimed = ": beside the targets, for contacts that crack before half of the peak move them in a test"
         return self.stiffness.in_words + (aimed if beside else "")
 

@@ -70,8 +70,7 @@ class _Round:
 
 def moduli_of(stiffness: Stiffness, wanted: Iterable[str]) -> dict[str, float]:
     """Those that statics give (SI), of the ones that are wanted."""
-    both = {"youngs_modulus": stiffness.modulus, "poissons_ratio": stiffness.poisson}
-    return {name: both[name] for name in wanted}
+    return {name: stiffness.moduli[name] for name in wanted}
 
 
 def expected_stiffness(

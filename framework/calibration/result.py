@@ -130,7 +130,7 @@ class Calibration(metaclass=Checked):
         """Where these specimens lie so far from the first look that it does not count, in words."""
         design, match = self.found.design, self.found.match
         apart = match.apart(self.space.scaled(design.points, design.scales))
-        far = np.array(list(apart.values())).max(axis=0, initial=0.0) > LIMIT if apart else np.zeros(0, dtype=bool)
+        far = np.array(list(apart.values())).max(axis=0, initial=0.0) > LIMIT
         if not far.any():
             return []
         by = " and ".join(AIMS[name].shown.words for name, off in apart.items() if off.max() > LIMIT)

@@ -45,6 +45,11 @@ class Stiffness:
     tested: Mapping[str, float] = attrs.field(factory=dict)  #: what the test gives instead, by target; SI
 
     @property
+    def moduli(self) -> dict[str, float]:
+        """What statics gave (SI), by the names of targets."""
+        return {"youngs_modulus": self.modulus, "poissons_ratio": self.poisson}
+
+    @property
     def in_words(self) -> str:
         """What statics gave by which stiffness, in one line."""
         found = ", ".join(f"{name} = {rounded(value, STIFF)}" for name, value in self.parameters.items())

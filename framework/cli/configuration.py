@@ -178,10 +178,7 @@ def _setup(name: Any) -> tuple[Setup, list[Path]]:
         return Setup(name, PRISM, SMALL_PRISM), []
     name = str(name)
     if ".py" in name:
-        try:
-            found, files = find_with_files(name, LoadingProtocol)
-        except LawReferenceError as error:
-            raise ParameterError(f"test.type: {error}") from None
+        found, files = _of_file("test", name, LoadingProtocol)
         return Setup(found, PRISM, SMALL_PRISM), files
     if name not in SETUPS:
         known = f"tests: {', '.join(SETUPS)}; one of your own: FILE.py:TEST"
@@ -230,11 +227,16 @@ def _begin_rock(given: dict[str, Any]) -> tuple[dict[str, Any], Any, list[Path]]
                 f"rock: there is no {short(str(kind))}{nearest(str(kind), [*NAMES, *materials])} (rocks: "
                 f"{', '.join(NAMES)}, or FILE.toml; materials: {', '.join(materials)})"
             ) from None
+    material, files = _of_file("rock", str(kind), Material)
+    return {"type": kind}, material, files
+
+
+def _of_file(section: str, reference: str, kind: type) -> tuple[Any, list[Path]]:
+    """What FILE.py:NAME of a section is, and its files. Raises :class:`ParameterError`."""
     try:
-        material, files = find_with_files(str(kind), Material)
-        return {"type": kind}, material, files
+        return find_with_files(reference, kind)
     except LawReferenceError as error:
-        raise ParameterError(f"rock.type: {error}") from None
+        raise ParameterError(f"{section}.type: {error}") from None
 
 
 def _law(given: dict[str, Any]) -> tuple[str, ContactLaw, list[Path]]:
@@ -255,11 +257,7 @@ def _begin_law(given: dict[str, Any]) -> tuple[str, Any, list[Path]]:
         return next((name for name, law in LAWS.items() if type(law) is kind), name_of(kind, ContactLaw)), kind, []
     name = str(kind)
     if ".py" in name:
-        try:
-            law, files = find_with_files(name, ContactLaw)
-            return name, law, files
-        except LawReferenceError as error:
-            raise ParameterError(f"law.type: {error}") from None
+        return name, *_of_file("law", name, ContactLaw)
     others = {short: cls for short, cls in choices(ContactLaw).items() if cls not in map(type, LAWS.values())}
     known: dict[str, Any] = LAWS | others
     if name not in known:

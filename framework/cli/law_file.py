@@ -69,8 +69,8 @@ def find_with_files(reference: str, kind: type) -> tuple[Any, list[Path]]:
         raise LawReferenceError(f"'{name}' in {file} is no {whole} but {_described(chosen)} ({known})")
     if isinstance(chosen, type) and not attrs.has(chosen):
         raise LawReferenceError(f"the {word} {chosen.__name__} must be an attrs class: @attrs.frozen(kw_only=True)")
-    is_made = kind is LoadingProtocol or not isinstance(chosen, type)
-    return chosen if is_made else _made(chosen, file, word), files
+    needs_instance = isinstance(chosen, type) and kind is not LoadingProtocol
+    return _made(chosen, file, word) if needs_instance else chosen, files
 
 
 def _is(value: Any, kind: type) -> bool:
