@@ -352,5 +352,5 @@ def require(where: str, curves: Mapping[str, np.ndarray], *names: str) -> None:
         own = [name for name in curves if not (is_of_every_test(name) or name == STAGE_TIME)]
         raise ParameterError(
             f"{where} needs the column{'s' * (len(absent) > 1)} {' and '.join(absent)}, which the test does not "
-            f"record; it records {', '.join(own) or 'nothing else'}"
+            f"record{nearest(absent[0], curves, LIKE)} (it records {', '.join(own) or 'nothing else'})"
         )

@@ -34,8 +34,9 @@ class Condition(metaclass=Checked):
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """What it goes by of what the test measures: its fields ``column``, ``load`` and ``deformation``."""
-        return tuple(getattr(self, name) for name in ("column", "load", "deformation") if hasattr(self, name))
+        """What it goes by of what the test measures: texts in its fields ``column``, ``load`` and ``deformation``."""
+        fields = (getattr(self, name, None) for name in ("column", "load", "deformation"))
+        return tuple(name for name in fields if isinstance(name, str))
 
     @abstractmethod
     def progress(self, curves: Curves) -> float:

@@ -92,6 +92,8 @@ def parameter(
     if not (is_unit(unit) or unit in NO_UNITS):
         raise refusal("parameter: unit", unit, "a unit such as 'Pa', 'deg' or 'm/s', or '1' for a number without one")
     measured = "" if unit in ("1", "its own") else f" {unit}"
+    if isinstance(default, (int, float)) and not bounds.allow(default):
+        raise refusal("parameter: default", default, f"{bounds}, or another bound given, as at_least=0")
 
     def check(component: Any, attribute: Any, value: Any) -> None:
         values = np.atleast_1d(value) if isinstance(value, np.ndarray) else (value,)

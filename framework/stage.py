@@ -25,7 +25,7 @@ STILL = 0.01  #: of the ratio: work of the loads in a sample, over that so far, 
 
 def _ends(stage: Stage, attribute: attrs.Attribute, value: Sequence[Condition]) -> None:
     if not fits(value, Sequence[Condition]):
-        raise refusal("Stage: until", value, "a list of at least one Condition")
+        raise stage.refuse_until()
 
 
 class Load(metaclass=Checked):
@@ -142,7 +142,7 @@ class Stage(metaclass=Checked):
 
     def __attrs_post_init__(self) -> None:
         if not self.ends:
-            raise refusal("Stage: until", self.until, "a list of at least one Condition")
+            raise self.refuse_until()
         for load in self.loads:
             load.check(self)
         if self.loading is None:
@@ -151,6 +151,11 @@ class Stage(metaclass=Checked):
             raise ParameterError(f"Stage '{self.name}': a loading needs expected, the number of samples to its end")
         if not any(load.moves for load in self.loads):
             raise ParameterError(f"Stage '{self.name}': a loading needs a drive whose speed is not 0")
+
+    def refuse_until(self) -> ParameterError:
+        """What to raise for a stage that nothing ends."""
+        wanted = "a list of at least one Condition, as [gl.conditions.Reaches('strain', 0.01)]"
+        return refusal(f"Stage '{self.name}': until", self.until, wanted)
 
     def of(self, *kinds: type[L]) -> list[L]:
         """Its loads of some classes, in their order."""

@@ -81,7 +81,7 @@ def test_pictures_show_what_a_test_of_ones_own_records(pulled, tmp_path):
 
 def test_pictures_of_several_results_name_the_columns_they_miss(pulled):
     pressed = gl.simulate(small_sample(12), LAW, PRESS)
-    says = r"needs the columns strain and stress, which the test does not record; it records force$"
+    says = r"needs the columns strain and stress, which the test does not record \(it records force\)$"
     with pytest.raises(gl.ParameterError, match=says):
         gl.Comparison({"pressed": pressed, "pulled": pulled}).plot()
     with pytest.raises(gl.ParameterError, match="needs its curves, and it has none"):
@@ -90,7 +90,7 @@ def test_pictures_of_several_results_name_the_columns_they_miss(pulled):
 
 @pytest.mark.parametrize("until", [gl.conditions.Reaches("strain", 0.1), gl.conditions.FallsTo("strain", 0.5)])
 def test_conditions_name_the_column_they_miss(until):
-    says = f"{type(until).__name__} needs the column strain, which the test does not record; it records force$"
+    says = rf"{type(until).__name__} needs the column strain, which the test does not record \(it records force\)$"
     with pytest.raises(gl.ParameterError, match=says):
         gl.simulate(small_sample(12), LAW, Pull(until=until))
     with pytest.raises(gl.ParameterError, match="FallsTo needs the column shear_stress"):

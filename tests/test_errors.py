@@ -93,7 +93,10 @@ REFUSED = {
         r"Drive: axis = 3 .* 0 \(along x\) or 1 \(along y\)",
     ),
     "drive": (lambda: gl.loads.Drive(boundary="top", axis=1, speed=math.nan), "Drive: speed = nan is not allowed"),
-    "stage": (lambda: gl.Stage(name="x", until=[], interval=1e-5), r"Stage: until = \[\] .* at least one Condition"),
+    "stage": (
+        lambda: gl.Stage(name="x", until=[], interval=1e-5),
+        r"Stage 'x': until = \[\] .* at least one Condition",
+    ),
 }
 
 

@@ -228,7 +228,7 @@ REFUSED = {
     ),
     "a condition of a column that is not there": (
         lambda _: run(test=Own(loads=[drive()], until=gl.conditions.FailsTo("hight", 0.5))),
-        "FailsTo needs the column hight, which the test does not record; it records height",
+        "FailsTo needs the column hight, which the test does not record; did you mean 'height'. .it records height",
     ),
     "a measure that gives an array": (
         lambda _: run(test=Own(loads=[drive()], measured={"height": np.zeros(2)})),

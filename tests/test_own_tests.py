@@ -11,6 +11,7 @@ from support import BRITTLE, small_sample
 
 import grainlaw as gl
 from grainlaw.protocols import failure_summary
+from grainlaw.results.certificate import doubts
 from grainlaw.results.means import mean_and_range
 
 BOTTOM = gl.loads.Drive(boundary="bottom", axis=1, speed=0)
@@ -170,6 +171,54 @@ def test_a_test_can_end_before_its_last_stage():
     first = whole.curves["stage"] == 0
     assert np.array_equal(ended.curves["stress"], whole.curves["stress"][first])
     assert ended.summary["strength"] == whole.summary["strength"] > 0
+
+
+def test_a_test_that_ends_before_its_stage_that_is_judged_says_so():
+    """Neither "had not failed", nor a mark of a strength that the table has not."""
+
+    def judged(self, curves, specimen):
+        return failure_summary(curves, "stress", "strain", {}, stage=1)
+
+    judging = type("Judging", (Twice,), {"summary": judged})
+    ended = gl.simulate(small_sample(12), BRITTLE, judging(ends=True))
+    assert np.isnan(ended.summary["strength"])
+    assert list(doubts(ended)) == ["the test ended in its stage 'pull', before its stage 'again'"]
+    assert [line.get_markevery() for line in ended.plot().axes[0].lines] == [[]]
+    assert not any("ended in" in words for words in doubts(gl.simulate(small_sample(12), BRITTLE, Twice(ends=True))))
+    assert not any("ended in" in words for words in doubts(gl.simulate(small_sample(12), BRITTLE, judging())))
+
+
+def test_a_misspelt_column_of_any_stage_is_refused_at_the_first_sample():
+    def stages(self, specimen):
+        first, last = Twice.stages(self, specimen)
+        return [first, attrs.evolve(last, until=[gl.conditions.Reaches("strian", 1e-3)])]
+
+    words = r"^stage 'again': Reaches needs the column strian, which the test does not record; did you mean 'strain'\? "
+    with pytest.raises(gl.ParameterError, match=words + r"\(it records stress, strain\)$"):
+        gl.simulate(small_sample(12), BRITTLE, type("Typo", (Twice,), {"stages": stages})())
+
+
+def test_what_is_missing_in_a_declaration_is_told_with_a_cure():
+    with pytest.raises(gl.ParameterError, match=r"^Stage 'wait': until = \(\) .*Reaches\('strain', 0.01\)\]$"):
+        gl.Stage(name="wait", interval=1e-6)
+    with pytest.raises(gl.ParameterError, match=r"^parameter: default = 0 .* above 0, or another bound .* at_least=0$"):
+        gl.parameter("Pa", default=0)
+    with pytest.raises(gl.ParameterError, match=r"Pulled has no loading .*; give it a field, loading: gl.Loading ="):
+        gl.certify(small_sample(12), BRITTLE, Pulled())
+
+
+def listed(seed):
+    """A case of a study whose test has a list."""
+    return gl.Run(small_sample(12 + seed), BRITTLE, Listed())
+
+
+def test_a_list_is_no_single_number_of_a_study():
+    table = gl.Study(listed, seed=[0]).run(workers=1, progress=False)
+    assert table.rows[0]["works"] == [1e3, 2e3]
+    with pytest.raises(gl.ParameterError, match="plot: 'works' is no single number of each case"):
+        table.plot("works")
+    with pytest.raises(gl.ParameterError, match="there is no column of single numbers 'works'"):
+        table.means("seed")["works"]
 
 
 def test_a_stage_that_takes_twenty_times_its_samples_ends_the_run():

@@ -202,7 +202,7 @@ def judged(asked=math.inf, law=BRITTLE, damaged=(), **summary):
     loading = SimpleNamespace(imbalance=asked)
     return list(doubts(SimpleNamespace(
         summary=summary, law=law, curves={"damaged": np.array(damaged)}, protocol=SimpleNamespace(loading=loading),
-        quantity=quantity_of,
+        stages=(), quantity=quantity_of,
     )))  # fmt: skip
 
 

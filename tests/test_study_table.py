@@ -240,7 +240,7 @@ def test_a_table_without_rows(tmp_path):
     (lambda t: t.paired("seed"), "each factor only once"),
     (lambda t: t.paired("law", over=3), "over = 3"),
     (lambda t: t.interaction("law", "strength"), "no factor 'strength'"),
-    (lambda t: t.means("law")["peak"], "no column 'peak'"),
+    (lambda t: t.means("law")["peak"], "no column of single numbers 'peak'"),
     (lambda t: t.result(lav="A"), "no column 'lav'"),
     (lambda t: t.result(law="A"), "2 cases have law = 'A'"),
     (lambda t: t.result(law="A", seed=0), "law = A, seed = 0 has no run"),

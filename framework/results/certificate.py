@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
-from grainlaw.columns import DAMAGED, quantity_of
+from grainlaw.columns import DAMAGED, STAGE, quantity_of
 from grainlaw.contact import ContactLaw, memory_names
 from grainlaw.quantity import Quantity
 from grainlaw.results.thresholds import strains_disagree
@@ -49,6 +49,13 @@ def has_failed(result: Result) -> bool:
     return not any(math.isnan(result.summary[name]) for name in STRENGTHS if name in result.summary)
 
 
+def stopped_before(result: Result) -> Sequence[str]:
+    """Names of the stage in which the run ended and of the next one, which it has not come to; else none."""
+    stage = result.curves.get(STAGE, ())
+    names = result.stages[int(stage[-1]) :][:2] if len(stage) else ()
+    return names if len(names) == 2 else ()
+
+
 def can_fail(result: Result) -> bool:
     """Whether a contact was damaged, or could have been: a law that counts no damage does not break."""
     damaged = result.curves.get(DAMAGED, ())
@@ -66,7 +73,11 @@ def is_whole(result: Result) -> bool:
 def doubts(result: Result) -> Iterator[str]:
     """In words, each check of the certificate that has failed, or cannot be computed; and what is no strength."""
     summary = result.summary
-    if not has_failed(result) and can_fail(result):
+    strengths = [summary[name] for name in STRENGTHS if name in summary]
+    ends = () if any(map(math.isfinite, strengths)) else stopped_before(result)
+    if ends:
+        yield "the test ended in its stage '{}', before its stage '{}'".format(*ends)
+    elif not has_failed(result) and can_fail(result):
         yield "the specimen had not failed when the test ended"
     for name, largest in STRENGTHS.items():
         if summary.get(largest, -math.inf) > (1 + HIGHER) * summary.get(name, math.nan):
@@ -77,7 +88,7 @@ def doubts(result: Result) -> Iterator[str]:
             )
     for measure, (_, cure) in LIMITS.items():
         value: Any = summary.get(measure)
-        if not fails(measure, value):
+        if not fails(measure, value) or (ends and math.isnan(value)):  # of a stage that was not reached
             continue
         if math.isnan(value):
             yield f"the {quantity_of(measure).words} cannot be computed, so the test has failed its certificate"

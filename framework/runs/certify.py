@@ -50,7 +50,10 @@ def slower(protocol: Any) -> LoadingProtocol:
             return attrs.evolve(protocol, **{name: part.slower()})
         if isinstance(part, LoadingProtocol):
             return attrs.evolve(protocol, **{name: slower(part)})
-    raise ParameterError(f"certify: {type(protocol).__name__} has no loading whose speed could be halved")
+    raise ParameterError(
+        f"certify: {type(protocol).__name__} has no loading whose speed could be halved; give it a "
+        "field, loading: gl.Loading = gl.Adaptive(), and its stages loading=self.loading"
+    )
 
 
 @checked

@@ -10,7 +10,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.columns import ENERGY, SPENT, STAGE_TIME, SUPPLIED, THERMAL, TIME, is_of_every_test, misspelt
+from grainlaw.columns import ENERGY, SPENT, STAGE_TIME, SUPPLIED, THERMAL, TIME, is_of_every_test, misspelt, require
 from grainlaw.conditions import StageError
 from grainlaw.engine import ageing
 from grainlaw.engine.diagnosis import fastest, first_fault
@@ -205,6 +205,8 @@ class Execution:
         """Show the sample to all observers; returns the share of the stage that is done."""
         curves = self.columns.since(self.at.first_sample)
         seen = self._seen_by_conditions()
+        if self.columns.count == 1:
+            self._refuse_absent(seen)
         for end in stage.ends:
             if absent := [name for name in end.columns if name in seen and np.isnan(seen[name][-1])]:
                 raise StageError(
@@ -222,6 +224,12 @@ class Execution:
             if self.folder.summary_is_due():
                 self.folder.summarize(self._summary_so_far(), "running")
         return progress
+
+    def _refuse_absent(self, seen: Mapping[str, np.ndarray]) -> None:
+        """Raise ParameterError where a stage, also a later one, waits for a column that the test does not record."""
+        for stage in self.stages:
+            for end in stage.ends:
+                require(f"stage '{stage.name}': {type(end).__name__}", seen, *end.columns)
 
     def _loaded(self, stage: Stage) -> float:
         """How far a stage that waits for rest is, by its loads that still change: rest itself comes all at once."""

@@ -145,7 +145,7 @@ class By(Mapping[str, Listing]):
 
     def __getitem__(self, name: str) -> Listing:
         if name not in self._names:
-            raise ParameterError(f"there is no column '{name}'{nearest(name, self._names)}")
+            raise ParameterError(f"there is no column of single numbers '{name}'{nearest(name, self._names)}")
         return self._find(name)
 
     def __iter__(self) -> Iterator[str]:

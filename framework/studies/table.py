@@ -332,6 +332,10 @@ class Table(metaclass=Checked):
         return plot_cracks(self, cases, columns, ax)
 
     def _quantity(self, where: str, name: str) -> str:
+        if name in self.columns and name not in (*self.factors, *RESERVED, *self.quantities):
+            raise ParameterError(
+                f"Table.{where}: '{name}' is no single number of each case, as a list of one per cycle"
+            )
         if name not in self.quantities:
             raise ParameterError(f"Table.{where}: there is no quantity '{name}'{nearest(name, self.quantities)}")
         return name

@@ -321,8 +321,10 @@ def _draw(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> None:
 def _failure(result: Result, column: str, over: str) -> Borne | None:
     """The failure of a load over its deformation, None for other columns: that of the run, or where a test's own is.
 
-    The summary of a test of several stages may judge one of them alone.
+    The summary of a test of several stages may judge one of them alone, and find that nothing failed there.
     """
+    if np.isnan(result.summary.get("strength", 0.0)):
+        return None
     found = borne_in(result.curves) if (column, over) in LOADS else None
     own = np.flatnonzero(result.curves[column] == result.summary.get("strength"))
     if found is None or not len(own) or found.at in own:
