@@ -15,14 +15,20 @@ def first_of(wrong: Any, *values: Any) -> list[float]:
     return [float(np.broadcast_to(value, np.shape(wrong)).flat[int(np.argmax(wrong))]) for value in values]
 
 
+def _of_several(message: str, wrong: Any) -> ParameterError:
+    error = ParameterError(message)
+    error.wrong = np.asarray(wrong)
+    return error
+
+
 def not_above(component: Any, name: str, limit: str, reason: str) -> None:
     """Refuse a component whose parameter ``name`` exceeds its parameter ``limit``."""
     value, bound = getattr(component, name), getattr(component, limit)
     wrong = np.greater(value, bound)
     if np.any(wrong):
         first, first_bound = first_of(wrong, value, bound)
-        raise ParameterError(
-            f"{type(component).__name__}: {name} = {first:g} is above {limit} = {first_bound:g}: {reason}"
+        raise _of_several(
+            f"{type(component).__name__}: {name} = {first:g} is above {limit} = {first_bound:g}: {reason}", wrong
         )
 
 
@@ -33,9 +39,10 @@ def not_beyond_apex(component: Any, tension: str, cohesion: str, angle: str) -> 
     wrong = np.greater(used, c * (1 + 1e-12))
     if np.any(wrong):
         first, first_used, first_c = first_of(wrong, strength, used, c)
-        raise ParameterError(
+        raise _of_several(
             f"{type(component).__name__}: {tension} = {first:g} Pa lies beyond the apex of the shear strength, "
-            f"{cohesion} / tan({angle}) = {first * first_c / first_used:g} Pa; no stress can reach it"
+            f"{cohesion} / tan({angle}) = {first * first_c / first_used:g} Pa; no stress can reach it",
+            wrong,
         )
 
 

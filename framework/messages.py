@@ -19,6 +19,8 @@ LONGEST = 100  #: letters of a value in a message
 class ParameterError(ValueError):
     """A value outside what its declaration allows; the message names component, parameter, value and bound."""
 
+    wrong: np.ndarray | None = None  #: (n,) which of several values are refused, where that is known
+
 
 def short(value: Any, most: int = LONGEST) -> str:
     """A value for a message: one line, and never a page of an array."""
@@ -65,11 +67,20 @@ def in_python(value: Any) -> str:
     return f"; write {number} * {written[0]}{rest} (grainlaw.units)"
 
 
+#: what names stand for that are not like the words of who does not know them
+MEANT = {
+    "uniaxial_compressive_strength": "ucs",
+    "normal_stiffness": "kn",
+    "shear_stiffness": "ks",
+    "tension": "tensile_strength",
+}
 LIKE = 0.75  #: of two names, one of which is most likely misspelt
 
 
 def nearest(name: str, known: Iterable[str], likeness: float = 0.5) -> str:
     """A question that suggests the nearest known name, or nothing where none is as like (0 to 1)."""
-    names = {each.lower(): each for each in known}  # kN is nearer to kn than to ks
+    known = list(known)
+    names = {words: each for words, each in MEANT.items() if each in known}
+    names |= {each.lower(): each for each in known}  # kN is nearer to kn than to ks
     near = [names[each] for each in difflib.get_close_matches(name.lower(), names, n=1, cutoff=likeness)]
     return f"; did you mean '{near[0]}'?" if near else ""

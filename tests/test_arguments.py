@@ -12,6 +12,7 @@ import grainlaw as gl
 from grainlaw.arguments import fits, wanted
 from grainlaw.geometry import from_polygons, moved, together
 from grainlaw.laws import CohesiveCrack, Linear
+from grainlaw.messages import nearest
 from grainlaw.protocols import UniaxialTension
 from grainlaw.workbench.conformance import Entry, Report
 
@@ -102,3 +103,17 @@ def test_places_are_finite_and_near(wrong):
     ring = [(0.0, 0.0), (1.0, 0.0), (1.0, wrong), (0.0, 1.0)]
     with pytest.raises(gl.ParameterError, match=r"polygon 0 = .* is not allowed, it must be a list of points"):
         from_polygons([ring])
+
+
+@pytest.mark.parametrize(
+    ("given", "known", "meant"),
+    [
+        ("uniaxial_strength", ["tensile_strength", "ucs"], "ucs"),
+        ("tension", ["cohesion", "tensile_strength"], "tensile_strength"),
+        ("normal_stiffness", ["kn", "ks", "cohesion"], "kn"),
+    ],
+)
+def test_what_a_short_name_stands_for_suggests_it(given, known, meant):
+    """The words of who does not know it are like another name, or like none."""
+    assert nearest(given, known) == f"; did you mean '{meant}'?"
+    assert meant not in nearest(given, [name for name in known if name != meant])

@@ -64,8 +64,11 @@ def terms(dimension: int) -> np.ndarray:
 def features(places: np.ndarray) -> np.ndarray:
     """(n, f) products of Legendre polynomials up to a total degree, of inputs (n, d) from -1 to 1."""
     each = np.polynomial.legendre.legvander(places, DEGREE)  # (n, d, DEGREE + 1)
-    columns = terms(places.shape[1])
-    return np.asarray(np.prod([each[:, k, columns[:, k]] for k in range(places.shape[1])], axis=0))
+    first, *others = terms(places.shape[1]).T
+    found = each[:, 0, first]
+    for k, degrees in enumerate(others, 1):
+        found *= each[:, k, degrees]
+    return found
 
 
 Inputs = Mapping[str, np.ndarray]  #: (n,) each
@@ -163,11 +166,16 @@ class FirstMatch:
     grains: float  #: times the modulus of the grains
     emulator: ShippedEmulator
 
+    @functools.cached_property
+    def _fixed(self) -> dict[str, float]:
+        """Parameters of the law; those that are free or tied are of no use."""
+        law = self.space.made(self.space.mapping(self.space.prior(1, 0)[0]))
+        return {field.name: getattr(law, field.name) for field in attrs.fields(MohrCoulomb)}
+
     def inputs(self, points: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
         """Inputs of the emulator and parameters of the law, for points (n, d)."""
         free = dict(zip(self.space.names, points.T, strict=True))
-        law: Any = self.space.made(self.space.mapping(points[0]))
-        given = {f.name: np.full(len(points), getattr(law, f.name)) for f in attrs.fields(MohrCoulomb)} | free
+        given = {name: np.full(len(points), value) for name, value in self._fixed.items()} | free
         given |= {tie.name: tie.times * free[tie.to] for tie in self.space.ties}
         prism = next(iter(self.specimens.values()))
         rock: Any = prism.material

@@ -129,28 +129,30 @@ class Space(metaclass=Checked):
 
     def allowed(self, points: np.ndarray) -> np.ndarray:
         """(n,) whether the law takes the parameters."""
-        if len(points) > 1:
-            if self._takes(dict(zip(self.names, points.T, strict=True))):  # as of many contact points, in one go
-                return np.ones(len(points), dtype=bool)
-            half = len(points) // 2
-            return np.concatenate([self.allowed(points[:half]), self.allowed(points[half:])])
-        return np.array([self._takes(self.mapping(point)) for point in points], dtype=bool)
+        if len(points) < 2:
+            return np.array([self._refusal(self.mapping(point)) is None for point in points], dtype=bool)
+        error = self._refusal(dict(zip(self.names, points.T, strict=True)))  # as of many contact points, in one go
+        if error is None:
+            return np.ones(len(points), dtype=bool)
+        wrong: Any = getattr(error, "wrong", None)
+        if np.shape(wrong) == (len(points),):  # the law says which
+            takes = ~np.asarray(wrong)
+            takes[takes] = self.allowed(points[takes])
+            return takes
+        half = len(points) // 2
+        return np.concatenate([self.allowed(points[:half]), self.allowed(points[half:])])
 
-    def _takes(self, values: Mapping[str, Any]) -> bool:
+    def _refusal(self, values: Mapping[str, Any]) -> Exception | None:
         try:
             self.made(values)
-        except (ParameterError, ValueError, TypeError):  # a law of the user's own may not compare arrays
-            return False
-        return True
+        except (ParameterError, ValueError, TypeError) as error:  # a law of the user's own may not compare arrays
+            return error
+        return None
 
     def _why_refused(self, points: np.ndarray) -> str:
         """What the law says of the first of the points (n, d) that it refuses."""
-        first = next(point for point in points if not self.allowed(point[None])[0])
-        try:
-            self.made(self.mapping(first))
-        except (ParameterError, ValueError, TypeError) as error:
-            return f"of one of the others {error}"
-        return ""
+        refused = (self._refusal(self.mapping(point)) for point in points)
+        return f"of one of the others {next(filter(None, refused), '')}"
 
     def prior(self, count: int, seed: int) -> np.ndarray:
         """(count, d) points of a scrambled Sobol sequence that the law takes. Raises :class:`ParameterError`."""
