@@ -280,6 +280,20 @@ def test_the_page_has_all_pictures_and_the_numbers_are_whole(answered, tmp_path)
 
 
 @pytest.mark.thorough
+def test_an_answer_that_was_not_tried_says_so(answered, tmp_path):
+    early = attrs.evolve(answered, checks=())
+    assert "Not tried on fresh specimens" in str(early)
+    assert repr(early).endswith("met on fresh seeds: not tried)")
+    early.write(tmp_path)
+    page = (tmp_path / "report.html").read_text()
+    assert "Not tried on fresh specimens" in page
+    answered.write(tmp_path)
+    assert "Not tried" not in (tmp_path / "report.html").read_text()
+    ucs = next(row for row in answered.checks if row.name == "ucs")
+    assert ", ".join(f"{value / 1e6:.2f}" for value in sorted(ucs.values)) in (tmp_path / "report.html").read_text()
+
+
+@pytest.mark.thorough
 def test_bands_pass_through_the_best_parameters(answered):
     figure = figures.bands(answered)
     axes = figure.axes[0]

@@ -1,6 +1,7 @@
 """The plan of a search, what it asks of a laboratory and the check of its answer: of emulators that are given."""
 
 import math
+import warnings
 from types import SimpleNamespace
 
 import attrs
@@ -23,10 +24,11 @@ from grainlaw.calibration.targets import Target, Targets
 from grainlaw.calibration.trials import Simulator, StudySimulator, TrialCase, at_scale
 from grainlaw.calibration.waves import Search
 from grainlaw.fields import ParameterError
-from grainlaw.geometry import Bricks, rectangle
+from grainlaw.geometry import Bricks, Voronoi, rectangle
 from grainlaw.laws import MohrCoulomb
 from grainlaw.protocols import SemiCircularBend, UniaxialCompression
-from grainlaw.units import MPa
+from grainlaw.runs.stopping import Stopped
+from grainlaw.units import MPa, mm
 
 LAW = MohrCoulomb(**STIFF, tensile_strength=10 * MPa, cohesion=40 * MPa, friction_angle=40)
 HIDDEN = {"tensile_strength": 11 * MPa, "cohesion": 33 * MPa, "friction_angle": 41.0}
@@ -459,6 +461,25 @@ def test_seeds_of_the_search_of_the_best_points_and_of_the_check_are_others(monk
         calibration.calibrate(angle, LAW, free, lambda seed: None, budget=30, **given)
     calibration.calibrate(attrs.evolve(angle, confinements=[5e6]), LAW, free, lambda seed: None, budget=30, **given)
     assert (asked["names"][0], asked["tests"]) == ("ucs", ["compression", "confined", "tension"])
+
+    def stop(*given):
+        raise Stopped
+
+    monkeypatch.setattr(calibration, "check", stop)
+    with pytest.raises(Stopped) as stopped:
+        calibration.calibrate(targets, LAW, free, lambda seed: None, budget=30, **given)
+    assert stopped.value.result.best == {"tensile_strength": 11.23e6, "cohesion": 33e6, "friction_angle": 41.0}
+
+
+def test_grains_of_two_sizes_are_told():
+    def made(grains):
+        return lambda seed: gl.Specimen(Voronoi(grains=grains, seed=seed).tessellate(rectangle(20 * mm, 40 * mm)), ROCK)
+
+    for few, told in ((30, ["grains of the disc are 5.16 mm, those of the prism 4 mm: a rock has one size"]), (40, [])):
+        with warnings.catch_warnings(record=True) as seen:
+            warnings.simplefilter("always")
+            calibration._warn_of_sizes("calibrate", {"prism": made(50)(1), "disc": made(few)(1)})
+        assert [words in str(each.message) for words, each in zip(told, seen, strict=True)] == [True] * len(told)
 
 
 def test_a_search_begins_where_the_first_look_tells(monkeypatch):

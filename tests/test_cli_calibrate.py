@@ -194,6 +194,24 @@ def test_an_answer_to_other_targets_is_told_before_it_is_replaced(tmp_path, monk
     assert "has the answer to other targets or ranges: calibration.json are replaced in the end" in other
 
 
+def test_what_is_stopped_on_its_fresh_specimens_has_an_answer(tmp_path, monkeypatch):
+    """All that the search has found, before it is tried."""
+    wrote, stopped = [], Stopped("stopped on the fresh specimens", signal.SIGINT)
+    stopped.result = SimpleNamespace(
+        is_plausible=True, write=lambda folder: (folder / "report.html").write_text("so far")
+    )
+
+    def stop(**given):
+        raise stopped
+
+    monkeypatch.setattr(calibrate, "run", stop)
+    monkeypatch.setattr(calibrate, "_write_rock", lambda *given: wrote.append(given[-1]))
+    done = invoke("calibrate", written(tmp_path))
+    assert done.exit_code == 128 + signal.SIGINT
+    assert wrote == [tmp_path / "rock"]
+    assert f"written to {tmp_path / 'rock'}/: report.html" in done.output
+
+
 def test_another_process_that_calibrates_in_the_folder_is_told(tmp_path, monkeypatch):
     """From its first moment on, before it has tested anything; it may test more than was planned."""
     monkeypatch.setattr(calibrate, "run", lambda **given: 1 / 0)

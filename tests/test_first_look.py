@@ -114,6 +114,15 @@ def test_inputs_are_ratios_of_the_law_and_of_the_specimen():
     assert stiffer["strain"] == pytest.approx(math.log(15e6 / 60e9))
 
 
+def test_what_lies_beyond_the_emulator_is_told():
+    point = np.array([10 * MPa, 30 * MPa, 45.0])
+    assert match({"ucs": 100 * MPa}).beyond(point) == ""
+    assert match({"ucs": 100 * MPa}, kn=1e10, ks=1e11).beyond(point) == (
+        "The emulator answers as at the end of what it knows: kn times grain size over E is 0.000527, it knows 0.135 "
+        "to 54.6 and ks over kn is 10, it knows 0.0498 to 2.72."
+    )
+
+
 def test_tied_parameters_follow():
     space = space_of(LAW, {"cohesion": (15 * MPa, 60 * MPa)}, {"tensile_strength": ("cohesion", 0.25)}, {})
     made = FirstMatch(space, {}, (), {"prism": specimen()}, 1.0, coulomb())

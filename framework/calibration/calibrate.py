@@ -29,10 +29,12 @@ from grainlaw.fields import ParameterError, checked_whole_number
 from grainlaw.material import Elastic
 from grainlaw.messages import refusal
 from grainlaw.runs.progress import shown_in
+from grainlaw.runs.stopping import Stopped
 from grainlaw.specimen import Specimen
 
 DIGITS = 4  #: of the best parameters
 FEWEST_SEEDS = 2
+ALIKE = 1.25  #: ratio of the sizes of grains of two shapes that are those of one rock
 BEGIN = 40  #: points for each free parameter that a first look offers a search to begin with
 SOFT = 5.0  #: normal stiffness to begin with where none is given, times the grains' modulus over their size
 
@@ -62,7 +64,8 @@ def calibrate(
     ``workers`` and ``on`` are those of :meth:`Study.run`.
 
     Raises :class:`ParameterError` before anything is run for what cannot be, and where so many tests fail that a
-    target has no values; :class:`~grainlaw.runs.stopping.Stopped`.
+    target has no values; :class:`~grainlaw.runs.stopping.Stopped`, which while the ``fresh`` specimens are tested has
+    the answer without them in ``result``.
     """
     _check_choices(elastic, seeds=(seeds, FEWEST_SEEDS), more=(more, 0), fresh=(fresh, 2), seed=(seed, 0))
     wanted, made = needed_tests(_quantities(targets, also)), checked_tests(tests or {})
@@ -75,6 +78,7 @@ def calibrate(
         of_each = f"{parts} times {each} points, four and one for each of {', '.join(space.groups)}"
         raise refusal("calibrate: budget", budget, f"at least {parts * each}: {of_each}")
     _warn_of_few("calibrate", targets, space)
+    _warn_of_sizes("calibrate", ones := _one_of_each(shapes))
     case = TrialCase(space.law, space.base, space.ties, shapes, made, 1.0)
     names = [name for name in measured_by(wanted, targets) if not AIMS[name].is_elastic]
     first, others = range(1, seeds + 1), range(seeds + 1, seeds + more + 1)
@@ -88,7 +92,9 @@ def calibrate(
         simulator.whole.begin()
         tell = functools.partial(print, file=sys.stderr, flush=True) if progress else lambda words: None
         search = Search(space, targets.tested, names, simulator, first, budget, seed, others, tell)
-        search, stiffness, look = _aimed(search, simulator, targets, shapes, elastic)
+        if targets.elastic:
+            tell(f"elastic constants by statics of {seeds} specimens, and a first look")
+        search, stiffness, look = _aimed(search, simulator, targets, shapes, ones, elastic)
         found = search.run()
         result = Calibration(
             targets=targets, space=search.space, stiffness=stiffness, first_look=look, found=found, seeds=seeds,
@@ -98,15 +104,17 @@ def calibrate(
         if found.posterior is None:
             return result
         best = _rounded(search.space, found.posterior.best)
+        seen = identifiability(found.match, found.posterior, seed)
+        result = attrs.evolve(result, identifiability=seen, best=search.space.mapping(best))
         tell(f"the best parameters on {fresh} fresh specimens")
         simulator.weakest = 1.0  # they have the rock's own strength
         possible = [test for test in SHAPES if SHAPES[test] in shapes and (test != "confined" or targets.confined)]
-        rows = check(found.match, targets, simulator, best, possible, last)
-        seen = identifiability(found.match, found.posterior, seed)
-        return attrs.evolve(
-            result, identifiability=seen, best=search.space.mapping(best),
-            checks=tuple(rows), failures=tuple(simulator.failures), cpu=simulator.cpu,
-        )  # fmt: skip
+        try:
+            rows = check(found.match, targets, simulator, best, possible, last)
+        except Stopped as stopped:
+            stopped.result = result
+            raise
+        return attrs.evolve(result, checks=tuple(rows), failures=tuple(simulator.failures), cpu=simulator.cpu)
 
 
 def _warn_of_few(where: str, targets: Targets, space: Space) -> None:
@@ -115,6 +123,19 @@ def _warn_of_few(where: str, targets: Targets, space: Space) -> None:
         warnings.warn(
             f"{where}: {len(targets.tested)} targets of strength ({given}) for {len(space.free)} free parameters "
             f"({asked}) cannot determine all of them: give more targets, or fix or tie a parameter",
+            stacklevel=4,
+        )
+
+
+def _warn_of_sizes(where: str, ones: Mapping[str, Specimen]) -> None:
+    if len(ones) < 2:
+        return
+    sizes = {shape: float(np.sqrt(specimen.grains.areas.mean())) for shape, specimen in ones.items()}
+    least, most = min(sizes, key=sizes.__getitem__), max(sizes, key=sizes.__getitem__)
+    if sizes[most] > ALIKE * sizes[least]:
+        warnings.warn(
+            f"{where}: grains of the {most} are {sizes[most] * 1e3:.3g} mm, those of the {least} "
+            f"{sizes[least] * 1e3:.3g} mm: a rock has one size, which a grain_size for each gives",
             stacklevel=4,
         )
 
@@ -130,10 +151,15 @@ def _quantities(targets: Targets, also: Sequence[str]) -> tuple[str, ...]:
 
 
 def _aimed(
-    search: Search, simulator: StudySimulator, targets: Targets, shapes: Mapping[str, Any], elastic: str
+    search: Search,
+    simulator: StudySimulator,
+    targets: Targets,
+    shapes: Mapping[str, Any],
+    ones: Mapping[str, Specimen],
+    elastic: str,
 ) -> tuple[Search, Stiffness | None, FirstLook | None]:
     """The search among rocks that meet the elastic targets, and to begin where a first look sees the strengths."""
-    ones, stiffness = _one_of_each(shapes), None
+    stiffness = None
     if targets.elastic:
         statics = _statics(search.space, shapes, len(search.seeds), elastic)
         stiffness = expected_stiffness(search.space, targets, ones, statics, search.seed)
@@ -168,6 +194,7 @@ def first_look(
     shapes = checked_specimens(specimens, needed_tests([*targets.tested]))
     space, ones, stiffness = _space(law, free, tied or {}, shapes, targets), _one_of_each(shapes), None
     _warn_of_few("first_look", targets, space)
+    _warn_of_sizes("first_look", ones)
     statics = _statics(space, shapes, seeds, elastic) if targets.elastic else None
     if statics is not None:
         stiffness = expected_stiffness(space, targets, ones, statics, seed)

@@ -16,6 +16,7 @@ from grainlaw.results.means import spread
 
 NEAR = 0.05  #: of a target
 UNDECIDED = "undecided"
+UNCHECKED = "Not tried on fresh specimens: it was stopped before. The same call goes on."
 WIDE = 0.1  #: of a target: half of an interval by which nothing is shown
 FAR = 1.5  #: times the median: what specimens bear in which grains lock
 NORMAL = 1.959964  #: deviations of a normal distribution that hold 95 %

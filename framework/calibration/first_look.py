@@ -24,7 +24,7 @@ from grainlaw.calibration.matching import LIMIT, normal_likelihood
 from grainlaw.calibration.posterior import Posterior, posterior
 from grainlaw.calibration.space import Space
 from grainlaw.calibration.stiffness_search import Stiffness, with_grains
-from grainlaw.calibration.targets import AIMS, Target, Targets, as_emulated, strength_at
+from grainlaw.calibration.targets import AIMS, Target, Targets, as_emulated, in_words, strength_at
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError
 from grainlaw.laws import MohrCoulomb
@@ -173,7 +173,24 @@ class FirstMatch:
         return {field.name: getattr(law, field.name) for field in attrs.fields(MohrCoulomb)}
 
     def inputs(self, points: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-        """Inputs of the emulator and parameters of the law, for points (n, d)."""
+        """Inputs of the emulator, not beyond its ends, and parameters of the law, for points (n, d)."""
+        inputs, given = self._inputs(points)
+        ask = self.emulator.clipped
+        return {name: ask(name, value) if name in CLIPPED else value for name, value in inputs.items()}, given
+
+    def beyond(self, point: np.ndarray) -> str:
+        """What of a point (d,) and of the specimens the emulator takes as at an end of what it knows, in words."""
+        inputs = {name: float(value[0]) for name, value in self._inputs(point[None])[0].items()}
+        found = []
+        for name, words in (("stiffness", "kn times grain size over E"), ("ratio", "ks over kn")):
+            low, high = self.emulator.ends[name]
+            if not low <= inputs[name] <= high:
+                found.append(
+                    f"{words} is {math.exp(inputs[name]):.3g}, it knows {math.exp(low):.3g} to {math.exp(high):.3g}"
+                )
+        return f"The emulator answers as at the end of what it knows: {' and '.join(found)}." if found else ""
+
+    def _inputs(self, points: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
         free = dict(zip(self.space.names, points.T, strict=True))
         given = {name: np.full(len(points), value) for name, value in self._fixed.items()} | free
         given |= {tie.name: tie.times * free[tie.to] for tie in self.space.ties}
@@ -189,8 +206,7 @@ class FirstMatch:
             "stiffness": np.log(given["kn"] * grain / modulus), "ratio": np.log(given["ks"] / given["kn"]),
             "strain": np.log(given["cohesion"] / modulus),
         }  # fmt: skip
-        ask = self.emulator.clipped
-        return {name: ask(name, value) if name in CLIPPED else value for name, value in inputs.items()}, given
+        return inputs, given
 
     def _size(self, shape: str, count: int) -> dict[str, np.ndarray]:
         """Inputs (n,) by the shape of a specimen."""
@@ -399,7 +415,7 @@ class FirstLook(metaclass=Checked):
         if self.posterior is None:
             words = f"nothing in the ranges is plausible, at best {self.least:.1f} deviations off"
             return f"{words}: {self._far}" if self.nearest is not None else words
-        return ", ".join(f"{f.name} = {rounded(self.best[f.name], f.unit)}" for f in self.match.space.free)
+        return self.match.space.in_words(self.posterior.best)
 
     @property
     def _far(self) -> str:
@@ -412,8 +428,7 @@ class FirstLook(metaclass=Checked):
             if each > LIMIT:
                 value = float(restored(name, mean))
                 found.append(f"{shown.words} is {shown.with_unit(value)} and not {shown.with_unit(target.value)}")
-        free = zip(self.match.space.free, self.nearest, strict=True)
-        return f"{', '.join(found)} where {', '.join(f'{f.name} = {rounded(v, f.unit)}' for f, v in free)}"
+        return f"{', '.join(found)} where {self.match.space.in_words(self.nearest)}"
 
     def __str__(self) -> str:
         if self.posterior is None:
@@ -430,16 +445,16 @@ class FirstLook(metaclass=Checked):
             told.append([AIMS[name].shown.heading, text(targets[name].value), text(value),
                          f"{text(least)} to {text(most)}"])  # fmt: skip
         ends = self.match.space.at_ends(self.posterior.best, self.posterior.points)
-        parts = [aligned(rows, rule=True), *([ends] if ends else []), aligned(told, rule=True)]
+        beyond = self.match.beyond(self.posterior.best)
+        parts = [aligned(rows, rule=True), *filter(None, (ends, beyond)), aligned(told, rule=True)]
         return "\n\n".join([self._statics, *parts] if self.stiffness else parts)
 
     @property
     def _statics(self) -> str:
         """What statics gave, and why that is not what is wanted of a test."""
         assert self.stiffness is not None
-        beside = any(
-            abs(self.stiffness.moduli[name] / target.value - 1) > WITHIN for name, target in self.elastic.items()
-        )
+        wanted = {name: target.value for name, target in self.elastic.items()}
+        beside = in_words({name: self.stiffness.moduli[name] for name in wanted}) != in_words(wanted)
         aimed = ": beside the targets, for contacts that crack before half of the peak move them in a test"
         return self.stiffness.in_words + (aimed if beside else "")
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grainlaw.calibration import figures
+from grainlaw.calibration.check import UNCHECKED
 from grainlaw.calibration.targets import AIMS
 from grainlaw.results.figures.pages import Cell, headed, write_page
 from grainlaw.runs.record import versions
@@ -29,7 +30,7 @@ def write_report(found: Calibration, file: Path) -> None:
         file, "calibration/report.html", title=f"Calibration of {found.space.kind.__name__}",
         head=found.head.splitlines(), names=list(found.space.names),
         answer=_answer(found) if found.is_plausible else None,
-        conflict=found.conflict, conflicts=list(_conflicts(found)), targets=_targets(found),
+        unchecked=UNCHECKED, conflict=found.conflict, conflicts=list(_conflicts(found)), targets=_targets(found),
         figures={draw.__name__: draw(found) for draw in drawn}, ranges=ranges, waves=waves,
         quality=headed(found.quality_lines), failures=found.failure_words if found.failures else "",
         versions=list(versions().items()),
@@ -43,7 +44,12 @@ def _answer(found: Calibration) -> dict[str, Any]:
         "missed": [AIMS[each.name].shown.words for each in found.checks if each.is_met is False],
         "parameters": headed(found.parameter_lines),
         "verdicts": found.verdicts,
-        "checks": headed(found.check_lines),
+        "checks": headed(found.check_lines) if found.checks else None,
+        "fresh": [
+            [shown.heading, ", ".join(map(shown.text, sorted(each.values)))]
+            for each in found.checks
+            if each.values and (shown := AIMS[each.name].shown)
+        ],
         "correlations": [
             [name, *(f"{c:+.2f}" for c in row)] for name, row in zip(found.space.names, seen.correlation, strict=True)
         ],

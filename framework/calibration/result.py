@@ -12,7 +12,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
-from grainlaw.calibration.check import Compared
+from grainlaw.calibration.check import UNCHECKED, Compared
 from grainlaw.calibration.emulator import quality
 from grainlaw.calibration.first_look import FirstLook
 from grainlaw.calibration.identifiability import Identifiability
@@ -92,7 +92,8 @@ class Calibration(metaclass=Checked):
         if self.identifiability is None:
             parts += [f"{NOTHING} In conflict: {self.conflict}."]
         else:
-            parts += [aligned(self.parameter_lines, rule=True), *self.verdicts, aligned(self.check_lines, rule=True)]
+            parts += [aligned(self.parameter_lines, rule=True), *self.verdicts]
+            parts.append(aligned(self.check_lines, rule=True) if self.checks else UNCHECKED)
         parts.append(aligned(self.quality_lines, rule=True))
         if self.failures:
             parts.append(self.failure_words)
@@ -106,7 +107,8 @@ class Calibration(metaclass=Checked):
             return {**facts, "in conflict": self.conflict}
         said = [each.verdict for each in self.checks if each.target is not None]
         values = {free.name: rounded(self.best[free.name], free.unit) for free in self.space.free}
-        return {**facts, **values, "met on fresh seeds": f"{said.count('met')} of {len(said)} targets"}
+        met = f"{said.count('met')} of {len(said)} targets" if said else "not tried"
+        return {**facts, **values, "met on fresh seeds": met}
 
     @property
     def head(self) -> str:

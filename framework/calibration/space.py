@@ -12,6 +12,7 @@ import attrs
 import numpy as np
 import scipy
 
+from grainlaw import short_form
 from grainlaw.arguments import Checked, is_number
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import Bounds, ParameterError, UnitWarning, checked_number, unusual
@@ -112,6 +113,10 @@ class Space(metaclass=Checked):
         """A point by the names of its parameters."""
         return dict(zip(self.names, map(float, point), strict=True))
 
+    def in_words(self, point: np.ndarray) -> str:
+        """A point (d,) in one line."""
+        return ", ".join(f"{f.name} = {short_form.rounded(v, f.unit)}" for f, v in zip(self.free, point, strict=True))
+
     def evolved(self, parameters: Mapping[str, float]) -> Space:
         """The same with other values of parameters that are not free."""
         return attrs.evolve(self, base={**self.base, **parameters})
@@ -178,16 +183,26 @@ class Space(metaclass=Checked):
 
     def at_ends(self, best: np.ndarray, points: np.ndarray) -> str:
         """Which of the best parameters (d,), or intervals of points (n, d), end where their range does, in words."""
-        shares = dict(zip(self.names, self.places(best[None])[0], strict=True))
-        at_end = [name for name, share in shares.items() if min(share, 1 - share) < AT_END]
-        ends = np.quantile(self.places(points), [0.025, 0.975], axis=0)
-        cut = [name for name, (low, high) in zip(self.names, ends.T, strict=True)
-               if name not in at_end and min(low, 1 - high) < CUT and high - low < NARROW]  # fmt: skip
-        told = {
-            "The best is at an end of the range of {}: a wider one may meet more.": at_end,
-            "The range of {} cuts off the interval: a wider one may hold more.": cut,
-        }
-        return " ".join(words.format(" and ".join(names)) for words, names in told.items() if names)
+        shares = self.places(best[None])[0]
+        at_end, cut = [], []
+        for free, share, given in zip(self.free, shares, points.T, strict=True):
+            ends = np.quantile(given, [0.025, 0.975])
+            low, high = free.share(ends)
+            if min(share, 1 - share) < AT_END:
+                at_end.append(free.name)
+            elif min(low, 1 - high) < CUT and high - low < NARROW:
+                there, of = (
+                    " to ".join(short_form.rounded(end, free.unit) for end in each)
+                    for each in (ends, (free.low, free.high))
+                )
+                cut.append(f"{free.name}, {of}, cuts off the interval, {there}")
+        told = (
+            [f"The best is at an end of the range of {' and '.join(at_end)}: a wider one may meet more."]
+            if at_end
+            else []
+        )
+        told += [f"The range of {' and of '.join(cut)}: a wider one may hold more."] if cut else []
+        return " ".join(told)
 
     # --- similarity --------------------------------------------------------------------------------------------------
 

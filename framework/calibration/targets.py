@@ -15,6 +15,7 @@ from grainlaw.columns import quantity_of
 from grainlaw.fields import STRENGTHS, ParameterError, UnitWarning, checked_number, unusual
 from grainlaw.messages import nearest, refusal, short
 from grainlaw.quantity import Quantity
+from grainlaw.short_form import rounded
 from grainlaw.unit_text import without_prefixes
 
 COMPRESSION, CONFINED, TENSION = "compression", "confined", "tension"
@@ -146,8 +147,8 @@ def _triaxial(given: Any) -> dict[float, Target]:
     for pressure, target in found.items():
         if target.value <= pressure:
             raise ParameterError(
-                f"Targets: triaxial: a strength of {short(target.value)} Pa under {short(pressure)} Pa is not allowed, "
-                "it is the axial stress and must be above the confinement"
+                f"Targets: triaxial: a strength of {rounded(target.value, 'Pa')} under {rounded(pressure, 'Pa')} is "
+                "not allowed, it is the axial stress and must be above the confinement"
             )
     return found
 

@@ -115,8 +115,8 @@ class Search:
             if number == 1:
                 design, match, left = self._with_anchor(design, match, left, number)
             waves.append(SearchWave(first, len(design.points) - first, left.share, left.least))
-            self.tell(f"{100 * left.share:.2g} % of the ranges are plausible{MEANING if number == 1 else ''}; "
-                      f"the best set of parameters is {left.least:.1f} off")  # fmt: skip
+            best = f"the best set of parameters is {left.least:.1f} off, {self.space.in_words(left.best)}"
+            self.tell(f"{100 * left.share:.2g} % of the ranges are plausible{MEANING if number == 1 else ''}; {best}")
             room = (self.budget - len(design.points) - bool(self.more)) // max(WAVES - number, 1)
             room = min(LATER * groups, room)
             chosen = self._next(match, left, room, number) if number < WAVES and room > 0 else chosen[:0]
@@ -127,7 +127,8 @@ class Search:
             design, match, left = self._with_anchor(design, match, left, number)
             if left is not before:
                 share = f"{100 * left.share:.2g} % of the ranges"
-                self.tell(f"with them {share} are plausible; the best set is {left.least:.1f} off")
+                best = f"the best set is {left.least:.1f} off, {self.space.in_words(left.best)}"
+                self.tell(f"with them {share} are plausible; {best}")
         waves[-1] = SearchWave(first, len(design.points) - first, left.share, left.least)
         if left.least > LIMIT:
             found = conflicts(match, self._tried, self.seed)

@@ -175,7 +175,7 @@ def _pair(where: str, given: Any, unit: str) -> tuple[float, ...]:
         raise refusal(where, given, "a list: lowest and highest")
     low, high = (quantity(each, unit, where) for each in given)
     if low >= high:
-        raise refusal(where, given, "a list: lowest and highest")
+        raise refusal(where, given, "a list: lowest first, then highest")
     return low, high
 
 
@@ -231,10 +231,12 @@ def calibrate(
     try:
         with refusing():
             found = run(**asked.given, specimens=asked.specimens, store=folder / STORE, workers=workers, on=on)
-            found.write(folder)
-            if found.is_plausible:
-                _write_rock(found, asked, folder)
+            _write(found, asked, folder)
     except Stopped as stopped:
+        if (so_far := getattr(stopped, "result", None)) is not None:
+            _write(so_far, asked, folder)
+            click.echo(f"\n{so_far}")
+            before = []
         end_stopped(stopped, contents(folder, of_before=before), "go on with the same command")
     except ExecutorError as error:
         raise click.ClickException(f"{error}; go on with the same command") from None
@@ -257,6 +259,12 @@ def _answer_before(folder: Path, asked: CalibrationFile) -> list[str]:
         warn(f"{folder} has the answer to other targets or ranges: {', '.join(there)} are replaced in the end, and "
              f"tests that are the same are not made again")  # fmt: skip
     return there
+
+
+def _write(found: Calibration, asked: CalibrationFile, folder: Path) -> None:
+    found.write(folder)
+    if found.is_plausible:
+        _write_rock(found, asked, folder)
 
 
 def _write_rock(found: Calibration, asked: CalibrationFile, folder: Path) -> None:
