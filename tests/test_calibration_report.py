@@ -12,9 +12,11 @@ from formula_rocks import FOUR, RANGES, FormulaRock, exact, searched, space, tar
 from support import STIFF
 
 import grainlaw as gl
-from grainlaw.calibration import figures, waves
+from grainlaw.calibration import figures, result, waves
 from grainlaw.calibration.check import Compared, check
+from grainlaw.calibration.first_look import FirstLook, FirstMatch, ShippedEmulator
 from grainlaw.calibration.identifiability import identifiability
+from grainlaw.calibration.posterior import Posterior
 from grainlaw.calibration.result import Calibration
 from grainlaw.calibration.stiffness_search import Stiffness
 from grainlaw.calibration.targets import Target, Targets
@@ -253,9 +255,9 @@ def test_a_target_is_met_within_five_percent_or_in_the_interval(answered):
     wide = attrs.evolve(far, interval=(0.9 * row.target.value, 1.5 * row.target.value))
     assert (wide.is_met, wide.verdict, far.verdict, near.verdict) == (None, "undecided", "not met", "met")
     told = attrs.evolve(answered, checks=(wide,)).verdicts[-1]
-    assert told == (  # three times as wide as what tells
-        f"{wide.count} fresh specimens are too few to tell whether UCS is met: try fresh = {9 * wide.count} (of "
-        "[calibration]), the same call keeps all that was tested, or specimens of more grains, which scatter less."
+    assert told == (  # three times as wide as what tells, and half as many more, for few know their scatter
+        f"{wide.count} fresh specimens are too few to tell whether UCS is met: try fresh = {round(13.5 * wide.count)} "
+        "(of [calibration]), the same call keeps all that was tested, or specimens of more grains, which scatter less."
     )
     assert (near.enough, far.enough) == (near.count, far.count)
 
@@ -291,6 +293,35 @@ def test_an_answer_that_was_not_tried_says_so(answered, tmp_path):
     assert "Not tried" not in (tmp_path / "report.html").read_text()
     ucs = next(row for row in answered.checks if row.name == "ucs")
     assert ", ".join(f"{value / 1e6:.2f}" for value in sorted(ucs.values)) in (tmp_path / "report.html").read_text()
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(("share", "told"), [(0.49, 1), (0.51, 0), (math.nan, 0)])
+def test_a_target_that_is_predicted_badly_is_told(share, told, answered, monkeypatch):
+    monkeypatch.setattr(
+        result, "quality", lambda found: [("ucs", 18, share, 1.0, 0.9), ("crack_damage", 18, 0.1, 1, 1)]
+    )
+    words = [line for line in answered.verdicts if "predicted badly" in line]
+    assert len(words) == told
+    assert not told or words[0].startswith("UCS is predicted badly from the others (Q2 0.49)")
+
+
+@pytest.mark.thorough
+def test_what_trades_off_and_what_was_known_before_is_told(answered):
+    correlation = np.array([[1, -0.86, 0.2], [-0.86, 1, 0.79], [0.2, 0.79, 1]])
+    seen = attrs.evolve(answered.identifiability, correlation=correlation)
+    one, other, _ = answered.space.names
+    words = f"{one} and {other} trade off (correlation -0.86): together they are known better than each."
+    assert [line for line in attrs.evolve(answered, identifiability=seen).verdicts if "trade off" in line] == [words]
+    assert answered.parameter_lines[0][3] == "of its range"
+    points = np.tile([9 * MPa, 30 * MPa, 40.0], (5, 1))
+    match = FirstMatch(answered.space, {}, (), {}, 1.0, ShippedEmulator({}, {}))
+    look = FirstLook(match, Posterior(points, points[0], 1.0), 1.0)
+    head, *rows = attrs.evolve(answered, first_look=look).parameter_lines
+    assert (head[3], [row[3] for row in rows]) == (
+        "by the first look",
+        ["9 MPa to 9 MPa", "30 MPa to 30 MPa", "40 deg to 40 deg"],
+    )
 
 
 @pytest.mark.thorough

@@ -194,6 +194,14 @@ def test_an_answer_to_other_targets_is_told_before_it_is_replaced(tmp_path, monk
     assert "has the answer to other targets or ranges: calibration.json are replaced in the end" in other
 
 
+def test_any_value_of_the_file_can_be_set(tmp_path):
+    asked = calibration_of(written(tmp_path), ["calibration.fresh=21", 'free.cohesion=["11 MPa", "31 MPa"]'])
+    assert asked.given["fresh"] == 21
+    assert asked.given["free"]["cohesion"] == (11 * MPa, 31 * MPa)
+    with pytest.raises(ParameterError, match="there is no section 'calibraton'; did you mean 'calibration'"):
+        calibration_of(written(tmp_path), ["calibraton.fresh=21"])
+
+
 def test_what_is_stopped_on_its_fresh_specimens_has_an_answer(tmp_path, monkeypatch):
     """All that the search has found, before it is tried."""
     wrote, stopped = [], Stopped("stopped on the fresh specimens", signal.SIGINT)
@@ -210,6 +218,13 @@ def test_what_is_stopped_on_its_fresh_specimens_has_an_answer(tmp_path, monkeypa
     assert done.exit_code == 128 + signal.SIGINT
     assert wrote == [tmp_path / "rock"]
     assert f"written to {tmp_path / 'rock'}/: report.html" in done.output
+    given = calibration_of(written(tmp_path)).given
+    targets = {name: attrs.asdict(target) for name, target in given["targets"].given.items()}
+    tried = {"targets": targets, "ranges": given["free"], "checks": [{"name": "ucs"}]}
+    (tmp_path / "rock" / "calibration.json").write_text(json.dumps(tried))
+    kept = invoke("calibrate", written(tmp_path))
+    assert len(wrote) == 1  # it is better than one that was not tried
+    assert "of before: report.html, calibration.json" in kept.output
 
 
 def test_another_process_that_calibrates_in_the_folder_is_told(tmp_path, monkeypatch):

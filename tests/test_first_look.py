@@ -269,6 +269,7 @@ def test_what_no_parameters_can_give_is_said():
     values = asked.predicted(found.nearest[None])[0][0]
     words = f"deviations off: UCS is {math.exp(values[0]) / 1e6:.2f} MPa and not 2000.00 MPa where tensile_strength = "
     assert words in str(found)
+    assert str(found).endswith("a wider one may meet more.")
     assert found.least > 3
 
 

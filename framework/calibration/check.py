@@ -18,6 +18,7 @@ NEAR = 0.05  #: of a target
 UNDECIDED = "undecided"
 UNCHECKED = "Not tried on fresh specimens: it was stopped before. The same call goes on."
 WIDE = 0.1  #: of a target: half of an interval by which nothing is shown
+SAFE = 1.5  #: times as many specimens as the scatter of few says
 FAR = 1.5  #: times the median: what specimens bear in which grains lock
 NORMAL = 1.959964  #: deviations of a normal distribution that hold 95 %
 
@@ -54,11 +55,14 @@ class Compared:
 
     @property
     def enough(self) -> int:
-        """About how many fresh specimens would tell whether a target is met where these do not; else as many as now."""
+        """How many fresh specimens should tell whether a target is met where these do not; else as many as now.
+
+        Their scatter is known from few: half as many more than it says.
+        """
         if self.target is None or self.verdict != UNDECIDED:
             return self.count
         low, high = self.interval
-        return round(self.count * ((high - low) / (2 * WIDE * abs(self.target.value))) ** 2)
+        return round(SAFE * self.count * ((high - low) / (2 * WIDE * abs(self.target.value))) ** 2)
 
     @property
     def outliers(self) -> str:

@@ -428,7 +428,8 @@ class FirstLook(metaclass=Checked):
             if each > LIMIT:
                 value = float(restored(name, mean))
                 found.append(f"{shown.words} is {shown.with_unit(value)} and not {shown.with_unit(target.value)}")
-        return f"{', '.join(found)} where {self.match.space.in_words(self.nearest)}"
+        ends = self.match.space.at_ends(self.nearest)
+        return f"{', '.join(found)} where {self.match.space.in_words(self.nearest)}{ends and f'. {ends}'}"
 
     def __str__(self) -> str:
         if self.posterior is None:

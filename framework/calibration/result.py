@@ -31,6 +31,7 @@ from grainlaw.runs.record import versions
 from grainlaw.short_form import rounded
 from grainlaw.specimen import Specimen
 
+WEAK = 0.5  #: Q2 of an emulator of a target: worse is told
 REPORT, NUMBERS = "report.html", "calibration.json"
 NOTHING = (
     f"Nothing in the ranges is plausible: every set of parameters is {LIMIT:g} standard errors or more off a target."
@@ -144,12 +145,14 @@ class Calibration(metaclass=Checked):
     @property
     def parameter_lines(self) -> list[list[str]]:
         """Best values, intervals and widths of the free parameters, with a heading."""
-        rows = [["parameter", "best", "95 %", "of its range", ""]]
+        known = self.first_look.posterior if self.first_look else None
+        rows = [["parameter", "best", "95 %", *(["by the first look"] if known else []), "of its range", ""]]
         assert self.identifiability is not None
-        for each, free in zip(self.identifiability.parameters, self.space.free, strict=True):
-            low, high = (rounded(value, free.unit) for value in each.interval)
+        for k, (each, free) in enumerate(zip(self.identifiability.parameters, self.space.free, strict=True)):
+            intervals = [each.interval, *([known.interval(k)] if known else [])]
+            between = [" to ".join(rounded(value, free.unit) for value in ends) for ends in intervals]
             best = rounded(self.best[each.name], free.unit)
-            rows.append([each.name, best, f"{low} to {high}", f"{100 * each.width:.0f} %", each.verdict])
+            rows.append([each.name, best, *between, f"{100 * each.width:.0f} %", each.verdict])
         return rows
 
     @property
@@ -162,12 +165,24 @@ class Calibration(metaclass=Checked):
             lines.append(f"These tests do not determine {', '.join(found.not_determined)}.")
         for each in found.unseen:
             lines.append(f"They do not see: {each.words} ({100 * each.width:.0f} % of the prior's deviation is left).")
+        lines += [
+            f"{one} and {other} trade off (correlation {value:+.2f}): together they are known better than each."
+            for one, other, value in found.tied
+        ]
         if found.further:
             best = found.further[0]
             lines.append(
                 f"Of the quantities measured but not used, {best.quantity} would tell most: {best.gain:.2f} bits, and "
                 f"{best.helped} to {100 * best.width:.0f} % of its present width."
             )
+        weak = [
+            each for each in quality(self.found.match.emulators) if each[0] in self.targets.given and each[2] < WEAK
+        ]
+        lines += [
+            f"{AIMS[name].shown.words} is predicted badly from the others (Q2 {share:.2f}): more seeds, or larger "
+            "specimens, would tell more of what rests on it."
+            for name, _, share, *_ in weak
+        ]
         if undecided := [AIMS[each.name].shown.words for each in self.checks if each.verdict == "undecided"]:
             count, enough = max(each.count for each in self.checks), max(each.enough for each in self.checks)
             are = "is" if len(undecided) == 1 else "are"

@@ -181,28 +181,25 @@ class Space(metaclass=Checked):
     def ends(self) -> dict[str, tuple[float, float]]:
         return {free.name: (free.low, free.high) for free in self.free}
 
-    def at_ends(self, best: np.ndarray, points: np.ndarray) -> str:
+    def at_ends(self, best: np.ndarray, points: np.ndarray | None = None) -> str:
         """Which of the best parameters (d,), or intervals of points (n, d), end where their range does, in words."""
         shares = self.places(best[None])[0]
-        at_end, cut = [], []
-        for free, share, given in zip(self.free, shares, points.T, strict=True):
+        at_end = [free.name for free, share in zip(self.free, shares, strict=True) if min(share, 1 - share) < AT_END]
+        cut = []
+        for free, given in zip(self.free, np.empty((0, 0)) if points is None else points.T, strict=points is not None):
             ends = np.quantile(given, [0.025, 0.975])
             low, high = free.share(ends)
-            if min(share, 1 - share) < AT_END:
-                at_end.append(free.name)
-            elif min(low, 1 - high) < CUT and high - low < NARROW:
+            if free.name not in at_end and min(low, 1 - high) < CUT and high - low < NARROW:
                 there, of = (
                     " to ".join(short_form.rounded(end, free.unit) for end in each)
                     for each in (ends, (free.low, free.high))
                 )
                 cut.append(f"{free.name}, {of}, cuts off the interval, {there}")
-        told = (
-            [f"The best is at an end of the range of {' and '.join(at_end)}: a wider one may meet more."]
-            if at_end
-            else []
-        )
-        told += [f"The range of {' and of '.join(cut)}: a wider one may hold more."] if cut else []
-        return " ".join(told)
+        told = {
+            "The best is at an end of the range of {}: a wider one may meet more.": " and ".join(at_end),
+            "The range of {}: a wider one may hold more.": " and of ".join(cut),
+        }
+        return " ".join(words.format(named) for words, named in told.items() if named)
 
     # --- similarity --------------------------------------------------------------------------------------------------
 

@@ -101,7 +101,8 @@ def calibration_of(
     beside = {name: tables.pop(name, {}) for name in OWN}
     sections = checked_sections(tables, file)
     for assignment in assignments:
-        assign(sections, assignment)
+        is_own = assignment.partition(".")[0].strip() in OWN
+        assign(beside if is_own else sections, assignment, OWN if is_own else (*OWN, *OTHERS))
     refuse_unknown("numerics", sections.get("numerics", {}), ["refinement"])
     if "file" in sections.get("sample", {}):
         raise ParameterError(f"{file}: sample.file is not allowed: seeds must make other grains")
@@ -193,7 +194,7 @@ STORE, CALIBRATED = "tests", "calibrated.toml"
 @click.argument("file", metavar="FILE.toml", type=click.Path(path_type=Path))
 @click.option(
     "--set", "assignments", metavar="KEY=VALUE", multiple=True,
-    help="One parameter of the specimen, the rock or the law; can be repeated.",
+    help="One value of the file, such as calibration.fresh=20; can be repeated.",
 )  # fmt: skip
 @click.option("--quick", is_flag=True, help="Small specimens.")
 @click.option(
@@ -225,6 +226,8 @@ def calibrate(
             known = {name: asked.given[name] for name in FIRST}
             look = first_look(**known, specimens=asked.specimens)
             answer(look, **look.summary)
+            if look.posterior is None:
+                raise click.ClickException("no parameters in the ranges meet the targets")
             return
         folder = writable_folder(file.with_suffix("") if out is None else out)
         before = _answer_before(folder, asked)
@@ -233,7 +236,9 @@ def calibrate(
             found = run(**asked.given, specimens=asked.specimens, store=folder / STORE, workers=workers, on=on)
             _write(found, asked, folder)
     except Stopped as stopped:
-        if (so_far := getattr(stopped, "result", None)) is not None:
+        old = read(folder / NUMBERS) or {}
+        is_tried = old.get("checks") and _answers(old, asked)  # better than one that is not
+        if (so_far := getattr(stopped, "result", None)) is not None and not is_tried:
             _write(so_far, asked, folder)
             click.echo(f"\n{so_far}")
             before = []
@@ -251,14 +256,18 @@ def _answer_before(folder: Path, asked: CalibrationFile) -> list[str]:
         if watched(folder).state == RUNNING:
             warn(f"another process calibrates in {folder}: the answer of the one that ends last will stay there")
     there = [name for name in (REPORT, NUMBERS, CALIBRATED) if (folder / name).exists()]
-    old, targets = read(folder / NUMBERS), asked.given["targets"].given
-    if old is not None and (
-        old.get("targets") != {name: attrs.asdict(target) for name, target in targets.items()}
-        or old.get("ranges") != {name: list(ends) for name, ends in asked.given["free"].items()}
-    ):
+    old = read(folder / NUMBERS)
+    if old is not None and not _answers(old, asked):
         warn(f"{folder} has the answer to other targets or ranges: {', '.join(there)} are replaced in the end, and "
              f"tests that are the same are not made again")  # fmt: skip
     return there
+
+
+def _answers(old: Mapping[str, Any], asked: CalibrationFile) -> bool:
+    """Whether the numbers of an answer are to the same targets and ranges."""
+    targets = {name: attrs.asdict(target) for name, target in asked.given["targets"].given.items()}
+    ranges = {name: list(ends) for name, ends in asked.given["free"].items()}
+    return bool(old.get("targets") == targets and old.get("ranges") == ranges)
 
 
 def _write(found: Calibration, asked: CalibrationFile, folder: Path) -> None:

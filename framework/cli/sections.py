@@ -73,13 +73,13 @@ def with_options(sections: Sections, options: Mapping[tuple[str, str], Any]) -> 
     return made
 
 
-def assign(sections: Sections, assignment: str) -> None:
+def assign(sections: Sections, assignment: str, known: Sequence[str] = SECTIONS) -> None:
     """Set one value from ``section.key=value``; the value is TOML, or a string without its quotes."""
     path, sign, text = assignment.partition("=")
     section, *keys = path.strip().split(".")
     if not sign or not keys or not all(keys):
         raise ParameterError(f"'{assignment}' is not allowed, it must be like law.tensile_strength=\"13 MPa\"")
-    check_section(section, assignment)
+    check_section(section, assignment, known)
     put(sections, (section, *keys), _parsed(text))
 
 
@@ -101,11 +101,11 @@ def _parsed(text: str) -> Any:
         return text.strip()
 
 
-def check_section(name: str, place: object) -> None:
+def check_section(name: str, place: object, known: Sequence[str] = SECTIONS) -> None:
     """Raise :class:`ParameterError` for a name that no section has."""
-    if name not in SECTIONS:
-        known = f"sections: {', '.join(SECTIONS)}"
-        raise ParameterError(f"{place}: there is no section '{name}'{nearest(name, SECTIONS)} ({known})")
+    if name not in known:
+        has = f"sections: {', '.join(known)}"
+        raise ParameterError(f"{place}: there is no section '{name}'{nearest(name, known)} ({has})")
 
 
 def toml(sections: Mapping[str, Mapping[str, Any]], notes: Mapping[str, Mapping[str, str]] | None = None) -> str:
