@@ -194,6 +194,15 @@ def test_an_answer_to_other_targets_is_told_before_it_is_replaced(tmp_path, monk
     assert "has the answer to other targets or ranges: calibration.json are replaced in the end" in other
 
 
+@pytest.mark.parametrize("posterior", [None, "samples"])
+def test_a_first_look_that_finds_nothing_fails(posterior, tmp_path, monkeypatch):
+    look = SimpleNamespace(posterior=posterior, summary={"best": {}})
+    monkeypatch.setattr(calibrate, "first_look", lambda **given: look)
+    done = invoke("calibrate", written(tmp_path), "--first")
+    assert done.exit_code == (posterior is None)
+    assert ("no parameters in the ranges meet the targets" in done.output) == (posterior is None)
+
+
 def test_any_value_of_the_file_can_be_set(tmp_path):
     asked = calibration_of(written(tmp_path), ["calibration.fresh=21", 'free.cohesion=["11 MPa", "31 MPa"]'])
     assert asked.given["fresh"] == 21

@@ -430,6 +430,17 @@ def test_heat_flows_from_the_temperature_that_a_stage_has_brought_and_stops_with
     assert energy_error(curves) < 1e-6
 
 
+def test_a_column_that_a_load_of_a_later_stage_records_is_waited_for():
+    """The test does not record it before."""
+
+    def stages(self, specimen):
+        warm, heat, _ = HeatedBefore.stages(self, specimen)
+        return [warm, attrs.evolve(heat, until=[gl.conditions.Reaches("heat_time", 2.0)])]
+
+    until = type("Until", (HeatedBefore,), {"stages": stages})()
+    assert 2.0 <= gl.simulate(slab(), HARD, until, threads=1, progress=False).curves["heat_time"][-1] < 4.0
+
+
 def test_a_report_and_paraview_have_the_temperature_of_zones(tmp_path):
     result = run(slab(), [gl.loads.Conduction(duration=20.0), SUDDEN], observers=[VtkWriter(tmp_path, count=2)])
     picture = temperatures_side_by_side({"slab": result})

@@ -186,7 +186,7 @@ class Space(metaclass=Checked):
         shares = self.places(best[None])[0]
         at_end = [free.name for free, share in zip(self.free, shares, strict=True) if min(share, 1 - share) < AT_END]
         cut = []
-        for free, given in zip(self.free, np.empty((0, 0)) if points is None else points.T, strict=points is not None):
+        for free, given in zip(self.free, () if points is None else points.T, strict=False):
             ends = np.quantile(given, [0.025, 0.975])
             low, high = free.share(ends)
             if free.name not in at_end and min(low, 1 - high) < CUT and high - low < NARROW:

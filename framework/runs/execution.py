@@ -10,7 +10,18 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.columns import ENERGY, SPENT, STAGE_TIME, SUPPLIED, THERMAL, TIME, is_of_every_test, misspelt, require
+from grainlaw.columns import (
+    ENERGY,
+    SHARED,
+    SPENT,
+    STAGE_TIME,
+    SUPPLIED,
+    THERMAL,
+    TIME,
+    is_of_every_test,
+    misspelt,
+    require,
+)
 from grainlaw.conditions import StageError
 from grainlaw.engine import ageing
 from grainlaw.engine.diagnosis import fastest, first_fault
@@ -205,7 +216,7 @@ class Execution:
         """Show the sample to all observers; returns the share of the stage that is done."""
         curves = self.columns.since(self.at.first_sample)
         seen = self._seen_by_conditions()
-        if self.columns.count == 1:
+        if self.columns.count - self.at.first_sample == 1:
             self._refuse_absent(seen)
         for end in stage.ends:
             if absent := [name for name in end.columns if name in seen and np.isnan(seen[name][-1])]:
@@ -226,10 +237,14 @@ class Execution:
         return progress
 
     def _refuse_absent(self, seen: Mapping[str, np.ndarray]) -> None:
-        """Raise ParameterError where a stage, also a later one, waits for a column that the test does not record."""
-        for stage in self.stages:
-            for end in stage.ends:
-                require(f"stage '{stage.name}': {type(end).__name__}", seen, *end.columns)
+        """Raise ParameterError where this stage waits for a column that the test does not record.
+
+        Or a later one, for a name that no load of it records either.
+        """
+        for number, stage in enumerate(self.stages[self.at.stage :]):
+            for end in (*stage.until, *stage.ends_test):
+                names = [name for name in end.columns if number == 0 or name not in SHARED]
+                require(f"stage '{stage.name}': {type(end).__name__}", seen, *names)
 
     def _loaded(self, stage: Stage) -> float:
         """How far a stage that waits for rest is, by its loads that still change: rest itself comes all at once."""
