@@ -23,7 +23,7 @@ from grainlaw.calibration.space import Space, space_of
 from grainlaw.calibration.stiffness_search import CONTACTS, GRAINS, STIFF, Stiffness, fit_stiffness, stiffness_names
 from grainlaw.calibration.targets import AIMS, Targets, checked_quantities, measured_by, needed_tests
 from grainlaw.calibration.trials import PRISM, SHAPES, StudySimulator, TrialCase, checked_specimens, checked_tests
-from grainlaw.calibration.waves import Search
+from grainlaw.calibration.waves import Search, Tell
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError, checked_whole_number
 from grainlaw.material import Elastic
@@ -71,12 +71,7 @@ def calibrate(
     wanted, made = needed_tests(_quantities(targets, also)), checked_tests(tests or {})
     shapes = checked_specimens(specimens, (*wanted, *(["compression"] if targets.elastic else [])))
     space = _space(law, free, tied or {}, shapes, targets)
-    parts = 3 if targets.elastic else 2  # a pilot, the first wave, and as much for the later ones
-    each = len(space.groups) + 4
-    checked_whole_number("calibrate: budget", budget, at_least=1)
-    if budget < parts * each:
-        of_each = f"{parts} times {each} points, four and one for each of {', '.join(space.groups)}"
-        raise refusal("calibrate: budget", budget, f"at least {parts * each}: {of_each}")
+    _check_budget(budget, targets, space)
     _warn_of_few("calibrate", targets, space)
     _warn_of_sizes("calibrate", ones := _one_of_each(shapes))
     case = TrialCase(space.law, space.base, space.ties, shapes, made, 1.0)
@@ -92,29 +87,47 @@ def calibrate(
         simulator.whole.begin()
         tell = functools.partial(print, file=sys.stderr, flush=True) if progress else lambda words: None
         search = Search(space, targets.tested, names, simulator, first, budget, seed, others, tell)
-        if targets.elastic:
-            tell(f"elastic constants by statics of {seeds} specimens, and a first look")
-        search, stiffness, look = _aimed(search, simulator, targets, shapes, ones, elastic)
+        search, stiffness, look = _aimed(search, simulator, targets, ones, elastic)
         found = search.run()
         result = Calibration(
             targets=targets, space=search.space, stiffness=stiffness, first_look=look, found=found, seeds=seeds,
             store=os.fspath(store), grains=simulator.case.grains, failures=tuple(simulator.failures),
             cpu=simulator.cpu,
         )  # fmt: skip
-        if found.posterior is None:
-            return result
-        best = _rounded(search.space, found.posterior.best)
-        seen = identifiability(found.match, found.posterior, seed)
-        result = attrs.evolve(result, identifiability=seen, best=search.space.mapping(best))
-        tell(f"the best parameters on {fresh} fresh specimens")
-        simulator.weakest = 1.0  # they have the rock's own strength
-        possible = [test for test in SHAPES if SHAPES[test] in shapes and (test != "confined" or targets.confined)]
-        try:
-            rows = check(found.match, targets, simulator, best, possible, last)
-        except Stopped as stopped:
-            stopped.result = result
-            raise
-        return attrs.evolve(result, checks=tuple(rows), failures=tuple(simulator.failures), cpu=simulator.cpu)
+        return _answered(result, simulator, last, seed, tell)
+
+
+def _answered(
+    result: Calibration, simulator: StudySimulator, seeds: Sequence[int], seed: int, tell: Tell
+) -> Calibration:
+    """The best parameters, how well they are known, and what they give on fresh ``seeds``, if any are plausible.
+
+    Raises :class:`Stopped` with the answer so far.
+    """
+    found, space, targets, shapes = result.found, result.space, result.targets, simulator.case.specimens
+    if found.posterior is None:
+        return result
+    best = _rounded(space, found.posterior.best)
+    seen = identifiability(found.match, found.posterior, seed)
+    result = attrs.evolve(result, identifiability=seen, best=space.mapping(best))
+    tell(f"the best parameters on {len(seeds)} fresh specimens")
+    simulator.weakest = 1.0  # they have the rock's own strength
+    possible = [test for test in SHAPES if SHAPES[test] in shapes and (test != "confined" or targets.confined)]
+    try:
+        rows = check(found.match, targets, simulator, best, possible, seeds)
+    except Stopped as stopped:
+        stopped.result = result
+        raise
+    return attrs.evolve(result, checks=tuple(rows), failures=tuple(simulator.failures), cpu=simulator.cpu)
+
+
+def _check_budget(budget: int, targets: Targets, space: Space) -> None:
+    parts = 3 if targets.elastic else 2  # a pilot, the first wave, and as much for the later ones
+    each = len(space.groups) + 4
+    checked_whole_number("calibrate: budget", budget, at_least=1)
+    if budget < parts * each:
+        of_each = f"{parts} times {each} points, four and one for each of {', '.join(space.groups)}"
+        raise refusal("calibrate: budget", budget, f"at least {parts * each}: {of_each}")
 
 
 def _warn_of_few(where: str, targets: Targets, space: Space) -> None:
@@ -151,17 +164,13 @@ def _quantities(targets: Targets, also: Sequence[str]) -> tuple[str, ...]:
 
 
 def _aimed(
-    search: Search,
-    simulator: StudySimulator,
-    targets: Targets,
-    shapes: Mapping[str, Any],
-    ones: Mapping[str, Specimen],
-    elastic: str,
+    search: Search, simulator: StudySimulator, targets: Targets, ones: Mapping[str, Specimen], elastic: str
 ) -> tuple[Search, Stiffness | None, FirstLook | None]:
     """The search among rocks that meet the elastic targets, and to begin where a first look sees the strengths."""
     stiffness = None
     if targets.elastic:
-        statics = _statics(search.space, shapes, len(search.seeds), elastic)
+        search.tell(f"elastic constants by statics of {len(search.seeds)} specimens, and a first look")
+        statics = _statics(search.space, simulator.case.specimens, len(search.seeds), elastic)
         stiffness = expected_stiffness(search.space, targets, ones, statics, search.seed)
         search = stiffened(search, simulator, stiffness)
     look = looked_at(search.space, targets, ones, stiffness, search.seed)

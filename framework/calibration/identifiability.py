@@ -19,7 +19,7 @@ UNSEEN = 0.5  #: standard deviation of the posterior along a direction, over tha
 NAMED = 0.3  #: parts of a direction that are named
 INDEX_POINTS = 1024  #: of each Sobol index; a power of two
 PRIOR_POINTS = 4096
-TIED = 0.8  #: correlation of two parameters of which tests know the sum, or the difference, better than each
+TOGETHER = 0.8  #: correlation of two parameters of which tests know the sum, or the difference, better than each
 PREDICTED = 0.5  #: Q2 of an emulator: what it predicts worse says nothing of what rules a quantity
 
 
@@ -86,11 +86,11 @@ class Identifiability:
         return tuple(each for each in self.directions if each.width >= UNSEEN)
 
     @property
-    def tied(self) -> list[tuple[str, str, float]]:
+    def trade_offs(self) -> list[tuple[str, str, float]]:
         """Two parameters that change together in the posterior, and their correlation."""
         pairs = itertools.combinations(range(len(self.parameters)), 2)
         found = ((self.parameters[i].name, self.parameters[j].name, float(self.correlation[i, j])) for i, j in pairs)
-        return [each for each in found if abs(each[2]) >= TIED]
+        return [each for each in found if abs(each[2]) >= TOGETHER]
 
     @property
     def not_determined(self) -> tuple[str, ...]:

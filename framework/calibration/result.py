@@ -167,7 +167,7 @@ class Calibration(metaclass=Checked):
             lines.append(f"They do not see: {each.words} ({100 * each.width:.0f} % of the prior's deviation is left).")
         lines += [
             f"{one} and {other} trade off (correlation {value:+.2f}): together they are known better than each."
-            for one, other, value in found.tied
+            for one, other, value in found.trade_offs
         ]
         if found.further:
             best = found.further[0]

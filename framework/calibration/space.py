@@ -157,7 +157,8 @@ class Space(metaclass=Checked):
     def _why_refused(self, points: np.ndarray) -> str:
         """What the law says of the first of the points (n, d) that it refuses."""
         refused = (self._refusal(self.mapping(point)) for point in points)
-        return f"of one of the others {next(filter(None, refused), '')}"
+        error = next(filter(None, refused), None)
+        return f"of one of the others {error}" if error else ""
 
     def prior(self, count: int, seed: int) -> np.ndarray:
         """(count, d) points of a scrambled Sobol sequence that the law takes. Raises :class:`ParameterError`."""

@@ -236,9 +236,7 @@ def calibrate(
             found = run(**asked.given, specimens=asked.specimens, store=folder / STORE, workers=workers, on=on)
             _write(found, asked, folder)
     except Stopped as stopped:
-        old = read(folder / NUMBERS) or {}
-        is_tried = old.get("checks") and _answers(old, asked)  # better than one that is not
-        if (so_far := getattr(stopped, "result", None)) is not None and not is_tried:
+        if (so_far := getattr(stopped, "result", None)) is not None and not _is_tried(folder, asked):
             _write(so_far, asked, folder)
             click.echo(f"\n{so_far}")
             before = []
@@ -268,6 +266,12 @@ def _answers(old: Mapping[str, Any], asked: CalibrationFile) -> bool:
     targets = {name: attrs.asdict(target) for name, target in asked.given["targets"].given.items()}
     ranges = {name: list(ends) for name, ends in asked.given["free"].items()}
     return bool(old.get("targets") == targets and old.get("ranges") == ranges)
+
+
+def _is_tried(folder: Path, asked: CalibrationFile) -> bool:
+    """Whether the folder has an answer that was tried on fresh specimens: it is better than one that was not."""
+    old = read(folder / NUMBERS)
+    return old is not None and bool(old.get("checks")) and _answers(old, asked)
 
 
 def _write(found: Calibration, asked: CalibrationFile, folder: Path) -> None:
