@@ -14,6 +14,7 @@ from support import STIFF
 import grainlaw as gl
 from grainlaw.calibration import figures, result, waves
 from grainlaw.calibration.check import Compared, check
+from grainlaw.calibration.emulator import Emulator
 from grainlaw.calibration.first_look import FirstLook, FirstMatch, ShippedEmulator
 from grainlaw.calibration.identifiability import identifiability
 from grainlaw.calibration.posterior import Posterior
@@ -296,8 +297,33 @@ def test_an_answer_that_was_not_tried_says_so(answered, tmp_path):
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize(("share", "told"), [(0.49, 1), (0.51, 0), (math.nan, 0)])
-def test_a_target_that_is_predicted_badly_is_told(share, told, answered, monkeypatch):
+def test_what_is_not_met_says_what_to_do(answered):
+    row = next(row for row in answered.checks if row.name == "ucs")
+    value, count = row.target.value, row.count
+    few = attrs.evolve(
+        row, measured=0.94 * value, interval=(0.895 * value, 0.985 * value), target=Target(value, 0.03 * value)
+    )
+    assert (few.is_met, few.is_near) == (False, True)  # 6 % off; 4.5 % of specimens and 5.9 % of the laboratory
+    sure = attrs.evolve(few, target=Target(value, 0.01 * value))
+    assert (sure.is_met, sure.is_near) == (False, False)
+    assert attrs.evolve(sure, measured=0.99 * value).is_near is None
+    (near,) = attrs.evolve(answered, checks=(few,))._missed
+    assert near.startswith("Not met, though specimens and laboratory together know no better (95 %): UCS. fresh = ")
+    assert f"fresh = {3 * count} " in near
+    (far,) = attrs.evolve(answered, checks=(sure,))._missed
+    assert far.startswith(f"Missed by more than both are known to: UCS. With more = {count} (of [calibration]) ")
+    design = attrs.evolve(answered.found.design, anchors={3: {"ucs": np.arange(answered.seeds + 9.0)[None]}})
+    anchored = attrs.evolve(answered, checks=(sure,), found=attrs.evolve(answered.found, design=design))
+    assert f"With more = {9 + count} " in anchored._missed[0]
+    assert anchored.summary["more"] == {3: {"ucs": [answered.seeds + k for k in range(9)]}}
+    assert answered._missed == [] or not all(each.is_met for each in answered.checks if each.target)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(("share", "miss", "told"), [(0.49, 1, 1), (0.49, 1e-3, 0), (0.51, 1, 0), (math.nan, 1, 0)])
+def test_a_target_that_is_predicted_badly_is_told(share, miss, told, answered, monkeypatch):
+    """But for one that the emulator knows better than the laboratory, as where it is nearly the same at all points."""
+    monkeypatch.setattr(Emulator, "miss", miss)
     monkeypatch.setattr(
         result, "quality", lambda found: [("ucs", 18, share, 1.0, 0.9), ("crack_damage", 18, 0.1, 1, 1)]
     )

@@ -11,12 +11,13 @@ import tomllib
 from types import SimpleNamespace
 
 import attrs
+import numpy as np
 import pytest
 from command_line import invoke
 
 import grainlaw as gl
 from grainlaw.calibration.targets import Target
-from grainlaw.cli.calibrate import _pair, _tie, _write_rock, calibration_of, targets_of
+from grainlaw.cli.calibrate import _pair, _tie, _write, calibration_of, targets_of
 from grainlaw.cli.components import own, settings
 from grainlaw.cli.configuration import configured
 from grainlaw.cli.sections import read_file
@@ -159,7 +160,7 @@ def test_options_of_the_command_and_its_exit_code(plausible, tmp_path, monkeypat
     seen, wrote = {}, []
     found = SimpleNamespace(is_plausible=plausible, write=wrote.append, summary={"plausible": plausible})
     monkeypatch.setattr(calibrate, "run", lambda **given: seen.update(given) or found)
-    monkeypatch.setattr(calibrate, "_write_rock", lambda *given: wrote.append(given[-1]))
+    monkeypatch.setattr(calibrate, "_write_rock", lambda *given: wrote.append(given[-2]))
     options = ("--out", tmp_path / "out", "--budget", 12, "--seeds", 5, "--workers", 3, "--on", "tcp://host:1")
     done = invoke("calibrate", written(tmp_path), *options)
     assert done.exit_code == (not plausible)
@@ -222,7 +223,7 @@ def test_what_is_stopped_on_its_fresh_specimens_has_an_answer(tmp_path, monkeypa
         raise stopped
 
     monkeypatch.setattr(calibrate, "run", stop)
-    monkeypatch.setattr(calibrate, "_write_rock", lambda *given: wrote.append(given[-1]))
+    monkeypatch.setattr(calibrate, "_write_rock", lambda *given: wrote.append(given[-2]))
     done = invoke("calibrate", written(tmp_path))
     assert done.exit_code == 128 + signal.SIGINT
     assert wrote == [tmp_path / "rock"]
@@ -256,11 +257,26 @@ def test_the_rock_that_was_found_is_a_file_that_runs(tmp_path):
     asked = calibration_of(written(tmp_path))
     law = attrs.evolve(asked.given["law"], tensile_strength=7 * MPa, cohesion=21 * MPa)
     stiff = gl.Elastic(youngs_modulus=50 * GPa, poissons_ratio=0.2, density=2700)
-    _write_rock(SimpleNamespace(law=law, rock=lambda rock: attrs.evolve(rock, material=stiff)), asked, tmp_path)
+    answer = SimpleNamespace(
+        law=law, rock=lambda rock: attrs.evolve(rock, material=stiff), write=lambda folder: None, is_plausible=True
+    )
+    _write(answer, asked, tmp_path)
     made = configured("uniaxial-tension", read_file(tmp_path / "calibrated.toml"))
     assert made.law == law
     assert made.specimen.material == stiff
     assert made.specimen.grains.count == 20
+    assert not (tmp_path / "calibrated-disc.toml").exists()
+
+
+def test_the_disc_of_a_calibration_is_in_a_file_of_its_own(tmp_path):
+    disc = '\n[disc]\ndiameter = "33 mm"\ngrain_size = "4 mm"\n'
+    asked = calibration_of(written(tmp_path, f"{FILE}also = ['brazilian_strength']\n{disc}"))
+    answer = SimpleNamespace(
+        law=asked.given["law"], rock=lambda rock: rock, write=lambda folder: None, is_plausible=True
+    )
+    _write(answer, asked, tmp_path)
+    made = configured("brazilian", read_file(tmp_path / "calibrated-disc.toml"))
+    assert np.ptp(made.specimen.grains.region.bounds, axis=0)[0] == pytest.approx(0.033, rel=2e-3)  # it has flat ends
 
 
 @pytest.mark.slow

@@ -54,6 +54,15 @@ class Compared:
         return None if held and is_wide else held or abs(self.off) <= NEAR
 
     @property
+    def is_near(self) -> bool | None:
+        """Of a target that is not met: whether specimens and laboratory together know the two no better (95 %)."""
+        if self.target is None or self.is_met is not False:
+            return None
+        low, high = self.interval
+        known = math.hypot((high - low) / 2, NORMAL * self.target.uncertainty)
+        return abs(self.measured - self.target.value) <= known
+
+    @property
     def enough(self) -> int:
         """How many fresh specimens should tell whether a target is met where these do not; else as many as now.
 

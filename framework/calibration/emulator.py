@@ -173,6 +173,12 @@ class Emulator:
         return self.middle + self.size * (across @ self.weights), self.size**2 * np.maximum(variance, 0.0)
 
     @property
+    def miss(self) -> float:
+        """Root mean square of the errors at points that were left out, as they are emulated."""
+        value, predicted, _ = self.left_out.T
+        return float(np.sqrt(np.mean((value - predicted) ** 2)))
+
+    @property
     def q_squared(self) -> float:
         """Share of the variance of left out values that is predicted (1 is all of it); nan if they do not vary."""
         value, found, _ = self.left_out.T

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 ALONG = 60  #: points of a line
 BINS = 30
+COMMON = (0.05, 0.95)  #: quantiles of what was tested that are always seen
+AROUND = 0.1  #: of what has to be seen, above and below
 
 
 def bands(found: Calibration) -> Figure:
@@ -34,6 +36,8 @@ def bands(found: Calibration) -> Figure:
     for i, name in enumerate(match.names):
         aim, target = AIMS[name], match.targets[name]
         k = match.samples.names.index(name)
+        value, half_width = (part * aim.shown.factor for part in (target.value, NORMAL * target.uncertainty))
+        reach = [value - half_width, value + half_width]  # of what has to be seen
         tested = restored(name, match.samples.means[:, k] + match.samples.shift[k], scale) * aim.shown.factor
         for j, free in enumerate(space.free):
             axes = places[i, j]
@@ -49,7 +53,7 @@ def bands(found: Calibration) -> Figure:
                 low, middle, high = (restored(name, mean + d) * aim.shown.factor for d in (-half, 0, half))
                 axes.fill_between(free.share(line[:, j]), low, high, color=BLUE, alpha=0.25, linewidth=0)
                 axes.plot(free.share(line[:, j]), middle, color=BLUE)
-            value, half_width = (target.value * aim.shown.factor, NORMAL * target.uncertainty * aim.shown.factor)
+                reach += [middle.min(), middle.max()]
             axes.axhspan(value - half_width, value + half_width, color=VERMILLION, alpha=0.2, lw=0)
             axes.axhline(value, color=VERMILLION, linewidth=1)
             axes.set_xlim(0, 1)
@@ -59,6 +63,9 @@ def bands(found: Calibration) -> Figure:
             if j == 0:
                 axes.set_ylabel(aim.shown.heading)
             axes.grid(alpha=0.25)
+        reach += [*np.nanquantile(tested, COMMON)]
+        beyond = AROUND * (max(reach) - min(reach))
+        places[i, 0].set_ylim(min(reach) - beyond, max(reach) + beyond)  # all of the row: points far off are not seen
     return figure
 
 

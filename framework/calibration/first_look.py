@@ -447,7 +447,8 @@ class FirstLook(metaclass=Checked):
                          f"{text(least)} to {text(most)}"])  # fmt: skip
         ends = self.match.space.at_ends(self.posterior.best, self.posterior.points)
         beyond = self.match.beyond(self.posterior.best)
-        parts = [aligned(rows, rule=True), *filter(None, (ends, beyond)), aligned(told, rule=True)]
+        two = self.match.space.in_two(self.posterior.points)
+        parts = [aligned(rows, rule=True), *two, *filter(None, (ends, beyond)), aligned(told, rule=True)]
         return "\n\n".join([self._statics, *parts] if self.stiffness else parts)
 
     @property

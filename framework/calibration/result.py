@@ -175,9 +175,12 @@ class Calibration(metaclass=Checked):
                 f"Of the quantities measured but not used, {best.quantity} would tell most: {best.gain:.2f} bits, and "
                 f"{best.helped} to {100 * best.width:.0f} % of its present width."
             )
+        match = self.found.match
+        known = dict(zip(match.targets, np.sqrt(match.target_variance), strict=True))
         weak = [
-            each for each in quality(self.found.match.emulators) if each[0] in self.targets.given and each[2] < WEAK
-        ]
+            each for each in quality(match.emulators)
+            if each[2] < WEAK and each[0] in known and match.emulators[each[0]].miss > known[each[0]]
+        ]  # fmt: skip
         lines += [
             f"{AIMS[name].shown.words} is predicted badly from the others (Q2 {share:.2f}): more seeds, or larger "
             "specimens, would tell more of what rests on it."
@@ -191,15 +194,40 @@ class Calibration(metaclass=Checked):
                 f"fresh = {enough} (of [calibration]), the same call keeps all that was tested, or specimens of more "
                 "grains, which scatter less."
             )
+        lines += self._missed
         if far := [each.outliers for each in self.checks if each.target is not None and each.outliers]:
             several = f"Of the fresh specimens {', '.join(far)}, as where grains lock."
             rule = "do so less, but not under confinement with friction angles above 50 degrees."
             lines.append(f"{several} Specimens of nine grains or more across {rule}")
         assert self.found.posterior is not None
+        lines += self.space.in_two(self.found.posterior.points)
         point = np.array([self.best[name] for name in self.space.names])
         if ends := self.space.at_ends(point, self.found.posterior.points):
             lines.append(ends)
         return lines or ["The tests see all directions."]
+
+    @property
+    def _missed(self) -> list[str]:
+        """What to do about targets that the fresh specimens do not meet."""
+        near, far = (
+            " and ".join(AIMS[each.name].shown.words for each in self.checks if each.is_near is which)
+            for which in (True, False)
+        )
+        count, lines = max((each.count for each in self.checks), default=0), []
+        if near:
+            lines.append(
+                f"Not met, though specimens and laboratory together know no better (95 %): {near}. fresh = {3 * count} "
+                "(of [calibration]) would tell, the same call keeps all that was tested."
+            )
+        if far:
+            anchors = self.found.design.anchors.values()
+            more = max((values.shape[1] - self.seeds for each in anchors for values in each.values()), default=0)
+            lines.append(
+                f"Missed by more than both are known to: {far}. With more = {more + count} (of [calibration]) the "
+                "search learns from as many specimens again, and its answer is tried on others; larger specimens "
+                "scatter less."
+            )
+        return lines
 
     @property
     def check_lines(self) -> list[list[str]]:
@@ -253,6 +281,8 @@ class Calibration(metaclass=Checked):
             "failures": [attrs.asdict(each) for each in self.failures], "cpu": self.cpu, "seeds": self.seeds,
             "points": self.found.design.points.tolist(), "scales": self.found.design.scales.tolist(),
             "values": {name: values.tolist() for name, values in self.found.design.values.items()},
+            "more": {point: {name: values[0, self.seeds :].tolist() for name, values in each.items()}
+                     for point, each in self.found.design.anchors.items()},
             "versions": versions(),
         }  # fmt: skip
         if found is not None:

@@ -23,6 +23,9 @@ from grainlaw.messages import nearest, refusal, short
 POWERS = {"Pa": 1, "J/m2": 2, "m": 1, "m/s": 1, "Pa/m": 0, "deg": 0, "1": 0, "s": 0, "1/s": 0, "kg/m3": 0}
 AT_END = 0.01  #: of a range: so near its end lies what would go beyond it
 CUT, NARROW = 0.03, 0.75  #: of a range: so near its end an interval is cut off, if it is no wider
+ALONG = 201  #: points of a range at which the density of samples is known
+APART = 0.05  #: of a range: what lies closer together is one region
+FEW, SIDE = 0.1, 0.05  #: density between two regions over that of the lower one; share of all in the smaller one
 DIGITS = 5  #: of parameters that are tried
 MOST_REFUSED = 200  #: times as many points as are wanted
 
@@ -201,6 +204,30 @@ class Space(metaclass=Checked):
             "The range of {}: a wider one may hold more.": " and of ".join(cut),
         }
         return " ".join(words.format(named) for words, named in told.items() if named)
+
+    def in_two(self, points: np.ndarray) -> list[str]:
+        """Of which parameters likely points (n, d) lie in two regions with hardly any between them, in words."""
+        told = []
+        at = np.linspace(0, 1, ALONG)
+        for free, given in zip(self.free, points.T, strict=True):
+            places = free.share(given)
+            if np.ptp(places) < APART:
+                continue
+            density = scipy.stats.gaussian_kde(places)(at)
+            left, right = np.maximum.accumulate(density), np.maximum.accumulate(density[::-1])[::-1]
+            lower = np.minimum(left, right)
+            valley = int(np.argmin(np.divide(density, lower, out=np.ones(ALONG), where=lower > 0)))
+            is_below = places < at[valley]
+            share = float(is_below.mean())
+            if density[valley] > FEW * lower[valley] or min(share, 1 - share) < SIDE:
+                continue
+            sides = ((given[is_below], share), (given[~is_below], 1 - share))
+            both = [
+                f"{' to '.join(short_form.rounded(end, free.unit) for end in np.quantile(side, [0.025, 0.975]))} "
+                f"({100 * part:.0f} %)" for side, part in sides
+            ]  # fmt: skip
+            told.append(f"{free.name} lies in two regions with hardly anything between them: {' or '.join(both)}.")
+        return told
 
     # --- similarity --------------------------------------------------------------------------------------------------
 

@@ -133,6 +133,7 @@ class Search:
         if left.least > LIMIT:
             found = conflicts(match, self._tried, self.seed)
             return SearchResult(design, tuple(waves), match, left, None, tuple(found))
+        self.tell("how well the targets determine the parameters: samples of what is likely, by no test")
         return SearchResult(design, tuple(waves), match, left, posterior(match, self._start(left), self.seed), ())
 
     def pilot(self) -> np.ndarray:

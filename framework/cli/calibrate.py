@@ -76,7 +76,6 @@ class FileSpecimens:
 class CalibrationFile:
     """What a file asks for."""
 
-    chosen: Configuration  #: of the first seed
     specimens: dict[str, FileSpecimens]
     given: dict[str, Any]  #: the other arguments of :func:`grainlaw.calibrate`
 
@@ -132,7 +131,7 @@ def calibration_of(
         "tests": {name: evolved(USUAL[name], entry, f"tests.{name}") for name, entry in beside["tests"].items()},
         **attrs.asdict(how, recurse=False),
     }
-    return CalibrationFile(chosen, specimens, given)
+    return CalibrationFile(specimens, given)
 
 
 def targets_of(table: Mapping[str, Any]) -> Targets:
@@ -187,7 +186,8 @@ def _tie(where: str, given: Any) -> tuple[str, float]:
 
 
 FIRST = ("targets", "law", "free", "tied", "elastic", "seeds", "seed")  #: arguments of a first look
-STORE, CALIBRATED = "tests", "calibrated.toml"
+STORE = "tests"
+CALIBRATED = {PRISM: "calibrated.toml", DISC: "calibrated-disc.toml", HALF_DISC: "calibrated-half-disc.toml"}
 
 
 @click.command()
@@ -216,9 +216,10 @@ def calibrate(
     ucs = "126 MPa", and [free], such as tensile_strength = ["5 MPa", "30 MPa"] (docs/calibration.md).
 
     Writes report.html, calibration.json with all numbers, and calibrated.toml, the rock for "grainlaw test NAME
-    --config". All tests are kept in the folder: a calibration that is stopped goes on with the same call. The exit code
-    is 1 where targets are in conflict. With --first nothing is run or written: an emulator that comes with grainlaw
-    tells what it expects of Mohr-Coulomb contacts between even grains.
+    --config" (calibrated-disc.toml with the discs of a Brazilian test). All tests are kept in the folder: a
+    calibration that is stopped goes on with the same call. The exit code is 1 where targets are in conflict. With
+    --first nothing is run or written: an emulator that comes with grainlaw tells what it expects of Mohr-Coulomb
+    contacts between even grains.
     """
     with refusing():
         asked = calibration_of(file, assignments, quick, {"budget": budget, "seeds": seeds})
@@ -253,7 +254,7 @@ def _answer_before(folder: Path, asked: CalibrationFile) -> list[str]:
     with contextlib.suppress(ParameterError):
         if watched(folder).state == RUNNING:
             warn(f"another process calibrates in {folder}: the answer of the one that ends last will stay there")
-    there = [name for name in (REPORT, NUMBERS, CALIBRATED) if (folder / name).exists()]
+    there = [name for name in (REPORT, NUMBERS, *CALIBRATED.values()) if (folder / name).exists()]
     old = read(folder / NUMBERS)
     if old is not None and not _answers(old, asked):
         warn(f"{folder} has the answer to other targets or ranges: {', '.join(there)} are replaced in the end, and "
@@ -277,11 +278,11 @@ def _is_tried(folder: Path, asked: CalibrationFile) -> bool:
 def _write(found: Calibration, asked: CalibrationFile, folder: Path) -> None:
     found.write(folder)
     if found.is_plausible:
-        _write_rock(found, asked, folder)
+        for shape, specimens in asked.specimens.items():
+            _write_rock(found, specimens.configuration(1), folder, folder / CALIBRATED[shape])
 
 
-def _write_rock(found: Calibration, asked: CalibrationFile, folder: Path) -> None:
-    chosen = asked.chosen
+def _write_rock(found: Calibration, chosen: Configuration, folder: Path, file: Path) -> None:
     sections = {name: section for name, section in chosen.sections.items() if name not in ("test", "rock", "rocks")}
     material = found.rock(chosen.specimen).material
     if isinstance(material, Mapping):
@@ -294,4 +295,4 @@ def _write_rock(found: Calibration, asked: CalibrationFile, folder: Path) -> Non
     sections["law"] = settings(found.law, ContactLaw) | {"type": law_there}
     if not chosen.numerics.refinement:
         del sections["numerics"]  # which a rock by file has not
-    write_config(folder / CALIBRATED, "NAME", sections)
+    write_config(file, "NAME", sections)
