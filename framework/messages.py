@@ -49,6 +49,12 @@ def refusal(where: str, value: Any, wanted: str) -> ParameterError:
     return ParameterError(f"{where} = {short(value)} is not allowed, it must be {wanted}{hint}")
 
 
+def enumeration(names: Iterable[str]) -> str:
+    """``a, b and c``."""
+    *before, last = names
+    return f"{', '.join(before)} and {last}" if before else last
+
+
 def in_python(value: Any) -> str:
     """How a text such as "29 MPa" is written in Python, "; write 29 * MPa"; nothing for other texts and values."""
     found = QUANTITY.fullmatch(value) if isinstance(value, str) else None

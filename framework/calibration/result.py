@@ -24,6 +24,7 @@ from grainlaw.calibration.trials import Failure
 from grainlaw.calibration.waves import SearchResult
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError
+from grainlaw.messages import enumeration
 from grainlaw.quantity import aligned
 from grainlaw.results.files import writable_folder
 from grainlaw.results.tables import write_json
@@ -136,7 +137,7 @@ class Calibration(metaclass=Checked):
         far = np.array(list(apart.values())).max(axis=0, initial=0.0) > LIMIT
         if not far.any():
             return []
-        by = " and ".join(AIMS[name].shown.words for name, off in apart.items() if off.max() > LIMIT)
+        by = enumeration(AIMS[name].shown.words for name, off in apart.items() if off.max() > LIMIT)
         return [
             f"which does not count at {far.sum()} of the {len(far)} points that it knows: there tests lie more than "
             f"{LIMIT:g} standard errors from it, in {by}"
@@ -190,7 +191,7 @@ class Calibration(metaclass=Checked):
             count, enough = max(each.count for each in self.checks), max(each.enough for each in self.checks)
             are = "is" if len(undecided) == 1 else "are"
             lines.append(
-                f"{count} fresh specimens are too few to tell whether {' and '.join(undecided)} {are} met: try "
+                f"{count} fresh specimens are too few to tell whether {enumeration(undecided)} {are} met: try "
                 f"fresh = {enough} (of [calibration]), the same call keeps all that was tested, or specimens of more "
                 "grains, which scatter less."
             )
@@ -210,22 +211,21 @@ class Calibration(metaclass=Checked):
     def _missed(self) -> list[str]:
         """What to do about targets that the fresh specimens do not meet."""
         near, far = (
-            " and ".join(AIMS[each.name].shown.words for each in self.checks if each.is_near is which)
-            for which in (True, False)
+            [AIMS[each.name].shown.words for each in self.checks if each.is_near is which] for which in (True, False)
         )
         count, lines = max((each.count for each in self.checks), default=0), []
         if near:
             lines.append(
-                f"Not met, though specimens and laboratory together know no better (95 %): {near}. fresh = {3 * count} "
-                "(of [calibration]) would tell, the same call keeps all that was tested."
+                f"Not met, though specimens and laboratory together know no better (95 %): {enumeration(near)}. "
+                f"fresh = {3 * count} (of [calibration]) would tell, the same call keeps all that was tested."
             )
         if far:
             anchors = self.found.design.anchors.values()
             more = max((values.shape[1] - self.seeds for each in anchors for values in each.values()), default=0)
             lines.append(
-                f"Missed by more than both are known to: {far}. With more = {more + count} (of [calibration]) the "
-                "search learns from as many specimens again, and its answer is tried on others; larger specimens "
-                "scatter less."
+                f"Missed by more than both are known to: {enumeration(far)}. With more = {more + count} (of "
+                "[calibration]) the search learns from as many specimens again, and its answer is tried on others; "
+                "larger specimens scatter less."
             )
         return lines
 
