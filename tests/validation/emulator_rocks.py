@@ -1,8 +1,9 @@
 """Rocks that the emulator of the package is fitted to: random Mohr-Coulomb contacts, four tests each; a core hour.
 
-python tests/validation/emulator_rocks.py [--points 1000] [--workers N] [--folder emulator-rocks] [--write]
+python tests/validation/emulator_rocks.py [--unseen] [--points 1000] [--workers N] [--folder emulator-rocks] [--write]
 
-Goes on where it was interrupted. The second half of a longer sequence fills the gaps of the first.
+Goes on where it was interrupted. The second half of a longer sequence fills the gaps of the first. With ``--unseen``
+the rocks that follow in the sequence, each on several specimens: they tell how much the emulator errs.
 """
 
 import argparse
@@ -21,6 +22,8 @@ from grainlaw.strength import Until
 from grainlaw.units import GPa, mm
 
 ROWS = Path(__file__).with_suffix(".csv")
+UNSEEN_ROWS = ROWS.with_stem("emulator_unseen")
+UNSEEN, EACH, AFTER = 48, 8, 10_000  # rocks, specimens of each, and the number that their seeds begin after
 ROCK = gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=2700)
 GRAIN = 2 * mm
 LOGS = {
@@ -87,6 +90,12 @@ def design(count):
     return [{"test": test, "seed": k + 1, **point} for k, point in enumerate(points(count)) for test in TESTS]
 
 
+def unseen(count):
+    """Of the rocks that follow the first ``count``."""
+    of = [(AFTER + EACH * k + s, point) for k, point in enumerate(points(count + UNSEEN)[count:]) for s in range(EACH)]
+    return [{"test": test, "seed": seed, **point} for seed, point in of for test in TESTS]
+
+
 def moduli(row, drawn):
     if row["modulus"] is None or row["modulus"] != row["modulus"]:
         return "", ""
@@ -95,8 +104,8 @@ def moduli(row, drawn):
     return f"{row['modulus'] / found.modulus:.5g}", f"{row['poisson'] - found.poisson:.5g}"
 
 
-def write(table):
-    """A rock in each row: what was drawn, its strengths (Pa), and how far its moduli in the test are off those of
+def write(table, file):
+    """A specimen in each row: what was drawn, its strengths (Pa), and how far its moduli in the test are off those of
     statics: the modulus over it, Poisson's ratio less it. Empty where a test has none.
     """
     rocks = {}
@@ -108,10 +117,8 @@ def write(table):
         rock[f"{row['test']} strength"] = f"{strength:.5g}" if known else ""
         if row["test"] == "compression":
             rock |= dict(zip(MODULI, moduli(row, drawn) if known else ("", ""), strict=True))
-    with ROWS.open("w", newline="", encoding="utf-8") as file:
-        rows = csv.DictWriter(
-            file, (*LOGS, *EVEN, *(f"{test} strength" for test in TESTS), *MODULI), lineterminator="\n"
-        )
+    with file.open("w", newline="", encoding="utf-8") as to:
+        rows = csv.DictWriter(to, (*LOGS, *EVEN, *(f"{test} strength" for test in TESTS), *MODULI), lineterminator="\n")
         rows.writeheader()
         rows.writerows(rocks.values())
 
@@ -121,13 +128,17 @@ def main():
     arguments.add_argument("--points", type=int, default=1000)
     arguments.add_argument("--workers", type=int)
     arguments.add_argument("--folder", default="emulator-rocks")
-    arguments.add_argument("--write", action="store_true", help="emulator_rocks.csv beside this file")
+    arguments.add_argument("--unseen", action="store_true", help="the rocks that follow, on several specimens each")
+    arguments.add_argument(
+        "--write", action="store_true", help="emulator_rocks.csv or emulator_unseen.csv beside this file"
+    )
     given = arguments.parse_args()
     warnings.simplefilter("ignore", gl.CostWarning)
-    table = gl.Study(case, cases=design(given.points), measures=[]).run(given.folder, workers=given.workers)
+    cases = (unseen if given.unseen else design)(given.points)
+    table = gl.Study(case, cases=cases, measures=[]).run(given.folder, workers=given.workers)
     print(table)
     if given.write:
-        write(table)
+        write(table, UNSEEN_ROWS if given.unseen else ROWS)
 
 
 if __name__ == "__main__":
