@@ -253,6 +253,21 @@ def test_another_process_that_calibrates_in_the_folder_is_told(tmp_path, monkeyp
     assert (watched(folder).done, watched(folder).total) == (15, 15)
 
 
+def test_what_is_stopped_among_its_tests_has_no_answer(tmp_path, monkeypatch):
+    """A study that is stopped has its table as its result; of a calibration that is none."""
+
+    def stop(self, *given, **options):
+        stopped = Stopped("stopped by a signal", signal.SIGTERM)
+        stopped.result = gl.Study
+        raise stopped
+
+    monkeypatch.setattr(gl.Study, "run", stop)
+    done = invoke("calibrate", written(tmp_path))
+    assert done.exit_code == 128 + signal.SIGTERM, done.output
+    assert "fault" not in done.output
+    assert "go on with the same command" in done.output
+
+
 def test_the_rock_that_was_found_is_a_file_that_runs(tmp_path):
     asked = calibration_of(written(tmp_path))
     law = attrs.evolve(asked.given["law"], tensile_strength=7 * MPa, cohesion=21 * MPa)

@@ -65,7 +65,7 @@ def calibrate(
 
     Raises :class:`ParameterError` before anything is run for what cannot be, and where so many tests fail that a
     target has no values; :class:`~grainlaw.runs.stopping.Stopped`, which while the ``fresh`` specimens are tested has
-    the answer without them in ``result``.
+    the answer without them in ``result``, and before that None.
     """
     _check_choices(elastic, seeds=(seeds, FEWEST_SEEDS), more=(more, 0), fresh=(fresh, 2), seed=(seed, 0))
     wanted, made = needed_tests(_quantities(targets, also)), checked_tests(tests or {})

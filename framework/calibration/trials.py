@@ -24,6 +24,7 @@ from grainlaw.runs.parallel import Run
 from grainlaw.runs.progress import Progress
 from grainlaw.runs.progress_file import of_process
 from grainlaw.runs.record import program
+from grainlaw.runs.stopping import Stopped
 from grainlaw.specimen import Specimen
 from grainlaw.strength import Until
 from grainlaw.studies.envelope import fit_mohr_coulomb
@@ -192,7 +193,12 @@ class StudySimulator(Simulator):
         if not cases:
             return {name: np.full((len(points), len(seeds)), np.nan) for name in quantities}
         measures = [MEASURES[name] for name in MEASURED]
-        table = Study(self.case, cases=cases, seed=list(seeds), measures=measures).run(self.store, **self.options)
+        study = Study(self.case, cases=cases, seed=list(seeds), measures=measures)
+        try:
+            table = study.run(self.store, **self.options)
+        except Stopped as stopped:
+            stopped.result = None  # a table of some points is no answer of a calibration
+            raise
         rows = self._rows(table)
         found = {name: np.full((len(points), len(seeds)), np.nan) for name in quantities}
         for point in points:
