@@ -263,14 +263,14 @@ def test_two_regions_are_not_told_as_one_interval():
     rocks = space(free={"tensile_strength": (10 * MPa, 40 * MPa), "cohesion": (20 * MPa, 80 * MPa)}, tied={})
     random = np.random.default_rng(1)
     low, high, other = random.uniform(0, 0.25, 300), random.uniform(0.75, 1, 100), random.uniform(0, 1, 400)
-    (words,) = rocks.in_two(rocks.points(np.column_stack([np.concatenate([low, high]), other])))
+    (words,) = rocks.two_regions(rocks.points(np.column_stack([np.concatenate([low, high]), other])))
     begin = "tensile_strength lies in two regions with hardly anything between them: "
     low_one, high_one = r"10\.\d+ MPa to 1[34]\.\d+ MPa \(75 %\)", r"2[89]\.\d+ MPa to 39\.\d+ MPa \(25 %\)\."
     assert re.fullmatch(f"{begin}{low_one} or {high_one}", words)
-    assert not rocks.in_two(rocks.points(np.column_stack([np.linspace(0, 1, 400), other])))
+    assert not rocks.two_regions(rocks.points(np.column_stack([np.linspace(0, 1, 400), other])))
     few = np.concatenate([random.uniform(0, 0.25, 396), [0.9] * 4])  # a straggler is no region
-    assert not rocks.in_two(rocks.points(np.column_stack([few, other])))
-    assert not rocks.in_two(rocks.points(np.column_stack([np.full(400, 0.5), other])))
+    assert not rocks.two_regions(rocks.points(np.column_stack([few, other])))
+    assert not rocks.two_regions(rocks.points(np.column_stack([np.full(400, 0.5), other])))
 
 
 @pytest.mark.thorough

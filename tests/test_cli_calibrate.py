@@ -160,7 +160,7 @@ def test_options_of_the_command_and_its_exit_code(plausible, tmp_path, monkeypat
     seen, wrote = {}, []
     found = SimpleNamespace(is_plausible=plausible, write=wrote.append, summary={"plausible": plausible})
     monkeypatch.setattr(calibrate, "run", lambda **given: seen.update(given) or found)
-    monkeypatch.setattr(calibrate, "_write_rock", lambda *given: wrote.append(given[-2]))
+    monkeypatch.setattr(calibrate, "_write_rock", lambda *given: wrote.append(given[-1].parent))
     options = ("--out", tmp_path / "out", "--budget", 12, "--seeds", 5, "--workers", 3, "--on", "tcp://host:1")
     done = invoke("calibrate", written(tmp_path), *options)
     assert done.exit_code == (not plausible)
@@ -223,7 +223,7 @@ def test_what_is_stopped_on_its_fresh_specimens_has_an_answer(tmp_path, monkeypa
         raise stopped
 
     monkeypatch.setattr(calibrate, "run", stop)
-    monkeypatch.setattr(calibrate, "_write_rock", lambda *given: wrote.append(given[-2]))
+    monkeypatch.setattr(calibrate, "_write_rock", lambda *given: wrote.append(given[-1].parent))
     done = invoke("calibrate", written(tmp_path))
     assert done.exit_code == 128 + signal.SIGINT
     assert wrote == [tmp_path / "rock"]

@@ -87,7 +87,7 @@ class Fit:
 
     inputs: Sequence[str]
     coefficients: np.ndarray = attrs.field(converter=np.array)  #: (f,)
-    error: float  #: standard deviation of the polynomial from the mean of many specimens
+    error: float  #: standard deviation of the polynomial from the mean of many specimens, as it is on unseen rocks
     scatter: float  #: standard deviation of one specimen
 
 
@@ -447,7 +447,7 @@ class FirstLook(metaclass=Checked):
                          f"{text(least)} to {text(most)}"])  # fmt: skip
         ends = self.match.space.at_ends(self.posterior.best, self.posterior.points)
         beyond = self.match.beyond(self.posterior.best)
-        two = self.match.space.in_two(self.posterior.points)
+        two = self.match.space.two_regions(self.posterior.points)
         parts = [aligned(rows, rule=True), *two, *filter(None, (ends, beyond)), aligned(told, rule=True)]
         return "\n\n".join([self._statics, *parts] if self.stiffness else parts)
 

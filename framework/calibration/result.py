@@ -32,6 +32,7 @@ from grainlaw.runs.record import versions
 from grainlaw.short_form import rounded
 from grainlaw.specimen import Specimen
 
+OFTEN = 3  #: times as many fresh specimens as now, to tell whether a target is met that they nearly meet
 WEAK = 0.5  #: Q2 of an emulator of a target: worse is told
 REPORT, NUMBERS = "report.html", "calibration.json"
 NOTHING = (
@@ -201,7 +202,7 @@ class Calibration(metaclass=Checked):
             rule = "do so less, but not under confinement with friction angles above 50 degrees."
             lines.append(f"{several} Specimens of nine grains or more across {rule}")
         assert self.found.posterior is not None
-        lines += self.space.in_two(self.found.posterior.points)
+        lines += self.space.two_regions(self.found.posterior.points)
         point = np.array([self.best[name] for name in self.space.names])
         if ends := self.space.at_ends(point, self.found.posterior.points):
             lines.append(ends)
@@ -217,11 +218,10 @@ class Calibration(metaclass=Checked):
         if near:
             lines.append(
                 f"Not met, though specimens and laboratory together know no better (95 %): {enumeration(near)}. "
-                f"fresh = {3 * count} (of [calibration]) would tell, the same call keeps all that was tested."
+                f"fresh = {OFTEN * count} (of [calibration]) would tell, the same call keeps all that was tested."
             )
         if far:
-            anchors = self.found.design.anchors.values()
-            more = max((values.shape[1] - self.seeds for each in anchors for values in each.values()), default=0)
+            more = max((len(values) for each in self.found.design.more.values() for values in each.values()), default=0)
             lines.append(
                 f"Missed by more than both are known to: {enumeration(far)}. With more = {more + count} (of "
                 "[calibration]) the search learns from as many specimens again, and its answer is tried on others; "
@@ -281,8 +281,8 @@ class Calibration(metaclass=Checked):
             "failures": [attrs.asdict(each) for each in self.failures], "cpu": self.cpu, "seeds": self.seeds,
             "points": self.found.design.points.tolist(), "scales": self.found.design.scales.tolist(),
             "values": {name: values.tolist() for name, values in self.found.design.values.items()},
-            "more": {point: {name: values[0, self.seeds :].tolist() for name, values in each.items()}
-                     for point, each in self.found.design.anchors.items()},
+            "more": {number: {name: values.tolist() for name, values in each.items()}
+                     for number, each in self.found.design.more.items()},
             "versions": versions(),
         }  # fmt: skip
         if found is not None:

@@ -205,7 +205,7 @@ class Space(metaclass=Checked):
         }
         return " ".join(words.format(named) for words, named in told.items() if named)
 
-    def in_two(self, points: np.ndarray) -> list[str]:
+    def two_regions(self, points: np.ndarray) -> list[str]:
         """Of which parameters likely points (n, d) lie in two regions with hardly any between them, in words."""
         told = []
         at = np.linspace(0, 1, ALONG)

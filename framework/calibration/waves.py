@@ -61,6 +61,14 @@ class TestedPoints:
         found = samples_of(self.values)
         return anchored(found, self.anchors) if self.anchors else found
 
+    @property
+    def more(self) -> dict[int, dict[str, np.ndarray]]:
+        """Values (m,) on the further seeds alone, by the number of a point that has them."""
+        return {
+            number: {name: each[0, self.values[name].shape[1] :] for name, each in values.items()}
+            for number, values in self.anchors.items()
+        }
+
     def with_more(self, points: np.ndarray, scales: np.ndarray, values: Values) -> TestedPoints:
         if not len(self.points):
             return TestedPoints(points, scales, values)

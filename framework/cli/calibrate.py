@@ -279,10 +279,10 @@ def _write(found: Calibration, asked: CalibrationFile, folder: Path) -> None:
     found.write(folder)
     if found.is_plausible:
         for shape, specimens in asked.specimens.items():
-            _write_rock(found, specimens.configuration(1), folder, folder / CALIBRATED[shape])
+            _write_rock(found, specimens.configuration(1), folder / CALIBRATED[shape])
 
 
-def _write_rock(found: Calibration, chosen: Configuration, folder: Path, file: Path) -> None:
+def _write_rock(found: Calibration, chosen: Configuration, file: Path) -> None:
     sections = {name: section for name, section in chosen.sections.items() if name not in ("test", "rock", "rocks")}
     material = found.rock(chosen.specimen).material
     if isinstance(material, Mapping):
@@ -291,7 +291,7 @@ def _write_rock(found: Calibration, chosen: Configuration, folder: Path, file: P
         sections["rock"] = settings(material)
     if "cite" in chosen.sections["rock"]:
         sections["rock"] = sections.get("rock", {}) | {"cite": chosen.sections["rock"]["cite"]}
-    law_there, _ = copied(chosen.sections["law"]["type"], chosen.law_files, folder)
+    law_there, _ = copied(chosen.sections["law"]["type"], chosen.law_files, file.parent)
     sections["law"] = settings(found.law, ContactLaw) | {"type": law_there}
     if not chosen.numerics.refinement:
         del sections["numerics"]  # which a rock by file has not

@@ -6,8 +6,8 @@ python tests/validation/emulator_study.py --fit
 python tests/validation/emulator_study.py [--only NAMES] [--write | --check]
 
 ``--fit`` writes framework/calibration/mohr_coulomb.json from emulator_rocks.csv, with errors from the rocks of
-emulator_unseen.csv. The rest is the judgement of the
-inverse: hidden rocks are tested as by a laboratory, looked for by the emulator alone, then by some minutes of tests.
+emulator_unseen.csv. The rest is the judgement of the inverse: hidden rocks are tested as by a laboratory, looked for by
+the emulator alone, then by some minutes of tests.
 """
 
 import csv
@@ -49,8 +49,8 @@ MOST = 0.99  #: of the pressures are in its range
 
 def rocks(file=ROWS):
     """Inputs and values of each specimen by name (n,), nan where a test has none."""
-    with file.open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+    with file.open(newline="", encoding="utf-8") as text:
+        rows = list(csv.DictReader(text))
     given = {name: np.array([float(row[name] or "nan") for row in rows]) for name in rows[0]}
     cohesion = given["strain"] * ROCK.youngs_modulus
     ucs, confined, tension, brazilian = (given[f"{test} strength"] for test in TESTS)
@@ -112,7 +112,7 @@ def off_unseen(name, fit, ends):
     exact = np.log1p(np.exp(held["pressure"])) if name == "steepness" else np.ones(len(each))
     each, exact = each.reshape(-1, EACH), exact.reshape(-1, EACH)
     each *= exact / np.sqrt(np.nanmean(exact**2))  # so that none counts more than the strengths that it gives
-    means, counts, weights = np.nanmean(each, axis=1), np.isfinite(each).sum(axis=1), np.ones_like(each)
+    means, counts = np.nanmean(each, axis=1), np.isfinite(each).sum(axis=1)
     spread = np.sqrt(np.nanmean((each - means[:, None]) ** 2) * EACH / (EACH - 1))
     for _ in range(ROUNDS if name not in MODULI else 0):
         weights = np.where(np.isfinite(each), (TAILS + 1) / (TAILS + ((each - means[:, None]) / spread) ** 2), 0.0)
