@@ -17,6 +17,7 @@ from grainlaw.calibration.check import Compared, check
 from grainlaw.calibration.emulator import Emulator
 from grainlaw.calibration.first_look import FirstLook, FirstMatch, ShippedEmulator
 from grainlaw.calibration.identifiability import identifiability
+from grainlaw.calibration.matching import Known
 from grainlaw.calibration.posterior import Posterior
 from grainlaw.calibration.result import Calibration
 from grainlaw.calibration.stiffness_search import Stiffness
@@ -182,13 +183,13 @@ def test_the_envelope_is_the_line_of_cohesion_and_friction_angle(given):
     root = math.tan(math.radians(55))
     assert target.get_ydata() == pytest.approx([100 * root, 100 * root + 20 * root**2])
     bars = [each.get_segments()[0][:, 1].tolist() for each in axes.collections]
-    assert bars == [pytest.approx([170, 195]), pytest.approx([186, 194])]
+    assert bars == [pytest.approx([170, 195]), pytest.approx(190 + 1.959964 * np.array([-4, 4]))]
     assert figures.envelope(attrs.evolve(given, checks=given.checks[:2])) is None
     assert figures.envelope(attrs.evolve(given, targets=Targets(crack_damage=1e8))) is None
     [axes] = figures.envelope(attrs.evolve(given, targets=Targets(cohesion=5e7, confinements=[5e6]))).axes
     assert [text.get_text() for text in axes.get_legend().get_texts()] == [
         "fresh seeds: c = 40.00 MPa, phi = 30.00 deg", "mean of the fresh seeds, 95 %",
-        "target and its standard uncertainty",
+        "target, 95 %",
     ]  # fmt: skip
 
 
@@ -199,7 +200,7 @@ def test_the_envelope_has_strengths_under_confinement_beside_their_targets(given
     bars = [each.get_segments()[0].tolist() for each in axes.collections]
     assert bars[2:] == [
         pytest.approx(np.array([[75, 680], [75, 710]])),
-        pytest.approx(np.array([[75, 694], [75, 712]])),
+        pytest.approx(np.array([[75, 703 - 1.959964 * 9], [75, 703 + 1.959964 * 9]])),
     ]
     assert figures.envelope(attrs.evolve(given, targets=targets, checks=given.checks[:1])) is None
 
@@ -207,7 +208,7 @@ def test_the_envelope_has_strengths_under_confinement_beside_their_targets(given
 def test_the_tables_of_given_numbers(given):
     _, ucs, cohesion, _ = given.check_lines
     assert ucs[1:] == [
-        "190.00", "200.00", "100.00 to 300.00", "180.00", "170.00 to 195.00", "10", "-5.3 %", "met",  # in the interval
+        "190.00", "200.00", "100.00 to 300.00", "180.00", "170.00 to 195.00", "10", "-5.3 %", "met by its interval",
     ]  # fmt: skip
     assert cohesion[7:] == ["", ""]
     assert cohesion[5] == "" == cohesion[1]
@@ -228,7 +229,10 @@ def test_the_tables_of_given_numbers(given):
 @pytest.mark.thorough
 def test_the_tables_tell_parameters_and_the_check(answered):
     text = str(answered)
-    assert re.search(r"cohesion +\S+ MPa +\S+ MPa to \S+ MPa +\d+ % +determined", text)
+    low, high = (end / 1e6 for end in answered.identifiability.parameters[1].interval)
+    half = f"± {100 * (high - low) / 2 / (answered.best['cohesion'] / 1e6):.0f} %"
+    assert re.search(rf"cohesion +\S+ MPa +\S+ MPa to \S+ MPa +{half} +\d+ % *\n", text)
+    assert "\nas they were given: kn = 105 TPa/m, ks = 94.5 TPa/m\n" in text  # residual cohesion is tied
     assert "Tests without a value: 2 of tension (first: no peak)" in text
     ucs = next(row for row in answered.checks if row.name == "ucs")
     assert ucs.measured == pytest.approx(exact(answered.best)["ucs"], rel=0.08)
@@ -275,6 +279,10 @@ def test_the_page_has_all_pictures_and_the_numbers_are_whole(answered, tmp_path)
     answered.write(tmp_path / "out")
     page = (tmp_path / "out" / "report.html").read_text()
     assert page.count("<img") == 4  # envelope, corner, bands, points left out
+    pictures = sorted(file.name for file in (tmp_path / "out").glob("*.png"))
+    assert pictures == ["bands.png", "corner.png", "envelope.png", "left-out.png"]
+    assert "What further tests would tell" in page
+    assert "Nothing was measured beside the targets" not in page
     content = json.loads((tmp_path / "out" / "calibration.json").read_text())
     assert content["parameters"]["residual_cohesion"] == 0.1 * content["parameters"]["cohesion"]
     assert np.array(content["values"]["ucs"]).shape == (len(content["points"]), 3)
@@ -333,18 +341,67 @@ def test_a_target_that_is_predicted_badly_is_told(share, miss, told, answered, m
 
 
 @pytest.mark.thorough
+def test_how_well_targets_are_known(answered):
+    """Independent: scatter of the seeds, the emulator's own error, the target's, each over the value."""
+    match, best = answered.found.match, np.array([list(answered.best.values())])
+    known = answered.known_to
+    angle = known["friction_angle"]
+    target = answered.targets.given["friction_angle"]
+    k = match.samples.names.index("friction_angle")
+    assert angle.laboratory == pytest.approx(target.uncertainty / target.value)
+    assert angle.specimens == pytest.approx(math.sqrt(match.samples.scatter[k, k]) / target.value)
+    assert angle.emulator == pytest.approx(math.sqrt(match.predicted(best, ["friction_angle"])[1][0, 0]) / target.value)
+    assert angle.together == pytest.approx(math.hypot(angle.specimens, angle.emulator))  # without a first look
+    assert {name: each.laboratory for name, each in known.items()} == pytest.approx(
+        {name: each.uncertainty / each.value for name, each in answered.targets.tested.items()}
+    )
+
+
+@pytest.mark.thorough
+def test_what_limits_the_intervals_is_told(answered, monkeypatch):
+    known = {
+        "ucs": Known(0.021, 0.01, 0.002, 0.01), "cohesion": Known(0.01, 0.03, 0.002, 0.03),
+        "friction_angle": Known(0.01, 0.042, 0.002, 0.04),
+    }  # fmt: skip
+    monkeypatch.setattr(Calibration, "known_to", known)
+    assert answered._limits == [
+        "The uncertainty of the target is most of what is left open of UCS (2.1 %): further tests of the rock would "
+        "tell more.",
+        "The scatter of the simulated specimens is most of what is left open of cohesion (3 %) and friction angle "
+        "(4.2 %): more seeds, or larger specimens.",
+    ]
+    assert answered.known_lines[1] == ["UCS", "2.1 %", "1 %", "0.2 %", "1 %"]
+    posterior = answered.found.posterior
+    alike = posterior.points.copy()
+    alike[:, 2] = answered.space.free[2].at(np.linspace(0, 1, len(alike)))  # of the angle it knew nothing
+    match = FirstMatch(answered.space, {}, (), {}, 1.0, ShippedEmulator({}, {}))
+    look = FirstLook(match, Posterior(alike, alike[0], 1.0), 1.0)
+    one, other, _ = answered.space.names
+    told = f"The tests hardly narrow what the first look knew of {one} and {other}."
+    assert attrs.evolve(answered, first_look=look)._limits[0] == told
+
+
+@pytest.mark.thorough
+def test_fresh_specimens_without_a_value_are_told(answered):
+    few = [attrs.evolve(row, count=2) if row.name == "crack_initiation" else row for row in answered.checks]
+    told = attrs.evolve(answered, checks=few).verdicts
+    assert [line for line in told if "has a value" in line] == ["CI has a value in 2 of 10 fresh specimens."]
+    assert not [line for line in answered.verdicts if "has a value" in line]
+
+
+@pytest.mark.thorough
 def test_what_trades_off_and_what_was_known_before_is_told(answered):
     correlation = np.array([[1, -0.86, 0.2], [-0.86, 1, 0.79], [0.2, 0.79, 1]])
     seen = attrs.evolve(answered.identifiability, correlation=correlation)
     one, other, _ = answered.space.names
     words = f"{one} and {other} trade off (correlation -0.86): together they are known better than each."
     assert [line for line in attrs.evolve(answered, identifiability=seen).verdicts if "trade off" in line] == [words]
-    assert answered.parameter_lines[0][3] == "of its range"
+    assert answered.parameter_lines[0][4] == "of its range"
     points = np.tile([9 * MPa, 30 * MPa, 40.0], (5, 1))
     match = FirstMatch(answered.space, {}, (), {}, 1.0, ShippedEmulator({}, {}))
     look = FirstLook(match, Posterior(points, points[0], 1.0), 1.0)
     head, *rows = attrs.evolve(answered, first_look=look).parameter_lines
-    assert (head[3], [row[3] for row in rows]) == (
+    assert (head[4], [row[4] for row in rows]) == (
         "by the first look",
         ["9 MPa to 9 MPa", "30 MPa to 30 MPa", "40 deg to 40 deg"],
     )
@@ -366,7 +423,10 @@ def test_without_an_answer_there_is_no_law_and_the_conflict_is_told(conflicting,
     with pytest.raises(gl.ParameterError, match="no calibrated law, the targets are in conflict: tensile_strength"):
         conflicting.law  # noqa: B018
     assert conflicting.parameters == {}
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "corner.png").write_text("of another answer")
     conflicting.write(tmp_path / "out")
+    assert not (tmp_path / "out" / "corner.png").exists()
     page = (tmp_path / "out" / "report.html").read_text()
     assert "Nothing in the ranges is plausible" in page
     assert json.loads((tmp_path / "out" / "calibration.json").read_text())["conflicts"][0]["targets"] == [

@@ -13,7 +13,7 @@ from support import STIFF
 from grainlaw.calibration import emulator as emulating
 from grainlaw.calibration import posterior as posteriors
 from grainlaw.calibration.emulator import Emulator, emulators, fit, samples_of
-from grainlaw.calibration.identifiability import Direction, _width, further, identifiability
+from grainlaw.calibration.identifiability import Direction, further, identifiability, width_of
 from grainlaw.calibration.matching import Match, conflicts, plausible, telling
 from grainlaw.calibration.posterior import Posterior, posterior
 from grainlaw.calibration.targets import Target
@@ -418,7 +418,7 @@ def test_what_the_tests_do_not_see_is_named_and_what_would_see_it(one_strength):
 
 def test_intervals_hold_as_much_below_as_above():
     places = np.linspace(0, 1, 1001)[:, None] * [1.0, 2.0]
-    assert _width(places) == pytest.approx([0.95, 1.9])
+    assert width_of(places) == pytest.approx([0.95, 1.9])
     found = Posterior(points=places, best=places[0], effective=1.0)
     assert found.interval(1) == pytest.approx((0.05, 1.95))
     assert found.interval(0, 0.5) == pytest.approx((0.25, 0.75))

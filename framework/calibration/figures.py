@@ -155,8 +155,8 @@ def envelope(found: Calibration) -> Figure | None:
         label = "mean of the fresh seeds, 95 %"
         axes.errorbar(pressure / 1e6, each.measured / 1e6, reach, fmt="o", color=BLUE, capsize=3, label=label)
         if each.target:
-            known = each.target.value / 1e6, each.target.uncertainty / 1e6
-            label = "target and its standard uncertainty"
+            known = each.target.value / 1e6, NORMAL * each.target.uncertainty / 1e6
+            label = "target, 95 %"
             axes.errorbar(pressure / 1e6, *known, fmt="D", color=VERMILLION, capsize=3, label=label)
     axes.set_xlabel("confinement (MPa)")
     axes.set_ylabel("strength (MPa)")

@@ -33,6 +33,12 @@ class Determined:
     width: float  #: of the interval, over that of the prior
 
     @property
+    def half(self) -> float:
+        """Half of the interval, over the best."""
+        low, high = self.interval
+        return (high - low) / (2 * abs(self.best))
+
+    @property
     def verdict(self) -> str:
         if self.width >= NOT_DETERMINED:
             return "not determined"
@@ -103,7 +109,7 @@ def identifiability(match: Match, found: Posterior, seed: int) -> Identifiabilit
     """From samples of the posterior and of the prior, in shares of the ranges."""
     space = match.space
     prior, after = space.places(space.prior(PRIOR_POINTS, seed)), space.places(found.points)
-    widths = _width(after) / _width(prior)
+    widths = width_of(after) / width_of(prior)
     parameters = tuple(
         Determined(name, float(found.best[k]), found.interval(k), float(widths[k]))
         for k, name in enumerate(space.names)
@@ -124,7 +130,8 @@ def identifiability(match: Match, found: Posterior, seed: int) -> Identifiabilit
     )  # fmt: skip
 
 
-def _width(places: np.ndarray) -> np.ndarray:
+def width_of(places: np.ndarray) -> np.ndarray:
+    """(d,) of the intervals of 95 % of samples (n, d)."""
     low, high = np.quantile(places, [0.025, 0.975], axis=0)
     return np.asarray(high - low)
 

@@ -34,6 +34,21 @@ class Knowledge(Protocol):
         ...
 
 
+@attrs.frozen
+class Known:
+    """Standard errors by which a target and what the tests say of it are known, over its value."""
+
+    laboratory: float
+    specimens: float  #: by the scatter of those that were tested
+    emulator: float  #: at one point
+    together: float  #: of the last two, and of what was known without these tests
+
+    @property
+    def largest(self) -> str:
+        """Which of the first three."""
+        return max(("laboratory", "specimens", "emulator"), key=lambda name: float(getattr(self, name)))
+
+
 @attrs.frozen(eq=False)
 class Match:
     """Emulators beside the targets.
@@ -131,6 +146,14 @@ class Match:
             return means[:, k], covariances[:, k, k]
         means, variances = self.predicted(points, [name])
         return means[:, 0], variances[:, 0] + self.scatter([name])[0, 0]
+
+    def known_to(self, point: np.ndarray) -> dict[str, Known]:
+        """How well each target is known, at a point (d,)."""
+        emulated = self.predicted(point[None], self.names)[1]
+        together = self.expected(point[None])[1][0]
+        rows = np.sqrt([self.target_variance, np.diag(self.scatter(self.names)), emulated[0], np.diag(together)])
+        sizes = [1.0 if AIMS[name].is_log else abs(target.value) for name, target in self.targets.items()]
+        return {name: Known(*map(float, each)) for name, each in zip(self.names, (rows / sizes).T, strict=True)}
 
     def implausibility(self, points: np.ndarray) -> np.ndarray:
         """(n, t) of each target."""

@@ -15,11 +15,15 @@ from grainlaw.unit_text import written
 
 if TYPE_CHECKING:
     from grainlaw.calibration.result import Calibration
+    from grainlaw.drawing.figure import Figure
 
 
-def write_report(found: Calibration, file: Path) -> None:
-    """Raises OSError."""
-    drawn = [figures.bands, figures.left_out, *([figures.corner, figures.envelope] if found.is_plausible else [])]
+PICTURES = (figures.bands, figures.left_out, figures.corner, figures.envelope)  #: of a conflict the first two
+
+
+def write_report(found: Calibration, file: Path) -> list[Figure | None]:
+    """The page, and its pictures in the order of :data:`PICTURES`. Raises OSError."""
+    drawn = {draw.__name__: draw(found) for draw in PICTURES[: None if found.is_plausible else 2]}
     ranges = [[f.name, f"{written(f.low, f.unit)} to {written(f.high, f.unit)}"] for f in found.space.free]
     ranges += [[tie.name, f"{tie.times:g} times {tie.to}"] for tie in found.space.ties]
     waves = [
@@ -31,10 +35,11 @@ def write_report(found: Calibration, file: Path) -> None:
         head=found.head.splitlines(), names=list(found.space.names),
         answer=_answer(found) if found.is_plausible else None,
         unchecked=UNCHECKED, conflict=found.conflict, conflicts=list(_conflicts(found)), targets=_targets(found),
-        figures={draw.__name__: draw(found) for draw in drawn}, ranges=ranges, waves=waves,
+        figures=drawn, ranges=ranges, waves=waves,
         quality=headed(found.quality_lines), failures=found.failure_words if found.failures else "",
         versions=list(versions().items()),
     )  # fmt: skip
+    return [drawn.get(draw.__name__) for draw in PICTURES]
 
 
 def _answer(found: Calibration) -> dict[str, Any]:
@@ -43,6 +48,7 @@ def _answer(found: Calibration) -> dict[str, Any]:
     return {
         "missed": [AIMS[each.name].shown.words for each in found.checks if each.is_met is False],
         "parameters": headed(found.parameter_lines),
+        "known": headed(found.known_lines),
         "verdicts": found.verdicts,
         "checks": headed(found.check_lines) if found.checks else None,
         "fresh": [

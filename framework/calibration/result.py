@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 from collections import Counter
 from collections.abc import Sequence
@@ -12,11 +13,11 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
-from grainlaw.calibration.check import UNCHECKED, Compared
+from grainlaw.calibration.check import NEAR, UNCHECKED, Compared
 from grainlaw.calibration.emulator import quality
 from grainlaw.calibration.first_look import FirstLook
-from grainlaw.calibration.identifiability import Identifiability
-from grainlaw.calibration.matching import LIMIT
+from grainlaw.calibration.identifiability import WEAKLY, Identifiability, width_of
+from grainlaw.calibration.matching import LIMIT, Known
 from grainlaw.calibration.space import Space
 from grainlaw.calibration.stiffness_search import Stiffness, with_grains
 from grainlaw.calibration.targets import AIMS, Targets, in_words
@@ -26,15 +27,23 @@ from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError
 from grainlaw.messages import enumeration
 from grainlaw.quantity import aligned
-from grainlaw.results.files import writable_folder
+from grainlaw.results.files import writable_folder, write_atomically
 from grainlaw.results.tables import write_json
 from grainlaw.runs.record import versions
 from grainlaw.short_form import rounded
 from grainlaw.specimen import Specimen
 
+HARDLY = 0.9  #: of the width that the first look leaves
+LIMITS = {  # of what is known of a target: the largest part, in words, and what would make it smaller
+    "laboratory": ("The uncertainty of the target is", "further tests of the rock would tell more"),
+    "specimens": ("The scatter of the simulated specimens is", "more seeds, or larger specimens"),
+    "emulator": ("The error of the emulator is", "a larger budget, or narrower ranges"),
+}
 OFTEN = 3  #: times as many fresh specimens as now, to tell whether a target is met that they nearly meet
+DPI = 200  #: of a picture
 WEAK = 0.5  #: Q2 of an emulator of a target: worse is told
 REPORT, NUMBERS = "report.html", "calibration.json"
+PICTURES = ("bands.png", "left-out.png", "corner.png", "envelope.png")  #: of a conflict the first two
 NOTHING = (
     f"Nothing in the ranges is plausible: every set of parameters is {LIMIT:g} standard errors or more off a target."
 )
@@ -126,9 +135,22 @@ class Calibration(metaclass=Checked):
         if self.first_look is not None:
             lines.append(f"first look, by no test: {self.first_look.in_words}")
             lines += self._apart
+        if given := self._given:
+            lines.append(f"as they were given: {given}")
         if scale is not None:
             lines.append(f"groups: {', '.join(self.space.groups)}; {scale.name} follows from similarity")
         return "\n".join(lines)
+
+    @property
+    def _given(self) -> str:
+        """Numbers of the law that were not looked for, in words; those that are 0 are left out."""
+        if not self.best:
+            return ""
+        law: Any = self.law
+        units = {f.name: f.metadata["unit"] for f in attrs.fields(type(law)) if "unit" in f.metadata}
+        numbers = {name: getattr(law, name) for name in units if name not in self.parameters}
+        shown = (f"{name} = {rounded(v, units[name])}" for name, v in numbers.items() if np.ndim(v) == 0 and v)
+        return ", ".join(shown)
 
     @property
     def _apart(self) -> list[str]:
@@ -148,13 +170,15 @@ class Calibration(metaclass=Checked):
     def parameter_lines(self) -> list[list[str]]:
         """Best values, intervals and widths of the free parameters, with a heading."""
         known = self.first_look.posterior if self.first_look else None
-        rows = [["parameter", "best", "95 %", *(["by the first look"] if known else []), "of its range", ""]]
+        heads = ["parameter", "best", "95 %", "half of it", *(["by the first look"] if known else []), "of its range"]
+        rows = [[*heads, ""]]
         assert self.identifiability is not None
         for k, (each, free) in enumerate(zip(self.identifiability.parameters, self.space.free, strict=True)):
             intervals = [each.interval, *([known.interval(k)] if known else [])]
-            between = [" to ".join(rounded(value, free.unit) for value in ends) for ends in intervals]
-            best = rounded(self.best[each.name], free.unit)
-            rows.append([each.name, best, *between, f"{100 * each.width:.0f} %", each.verdict])
+            own, *before = [" to ".join(rounded(value, free.unit) for value in ends) for ends in intervals]
+            best, half = rounded(self.best[each.name], free.unit), f"± {100 * each.half:.0f} %"
+            verdict = each.verdict if each.width >= WEAKLY else ""  # how well any other is known its interval tells
+            rows.append([each.name, best, own, half, *before, f"{100 * each.width:.0f} %", verdict])
         return rows
 
     @property
@@ -171,6 +195,7 @@ class Calibration(metaclass=Checked):
             f"{one} and {other} trade off (correlation {value:+.2f}): together they are known better than each."
             for one, other, value in found.trade_offs
         ]
+        lines += self._limits
         if found.further:
             best = found.further[0]
             lines.append(
@@ -187,6 +212,11 @@ class Calibration(metaclass=Checked):
             f"{AIMS[name].shown.words} is predicted badly from the others (Q2 {share:.2f}): more seeds, or larger "
             "specimens, would tell more of what rests on it."
             for name, _, share, *_ in weak
+        ]
+        lines += [
+            f"{AIMS[each.name].shown.words} has a value in {each.count} of {most} fresh specimens."
+            for each in self.checks
+            if each.count < (most := max(other.count for other in self.checks))
         ]
         if undecided := [AIMS[each.name].shown.words for each in self.checks if each.verdict == "undecided"]:
             count, enough = max(each.count for each in self.checks), max(each.enough for each in self.checks)
@@ -206,7 +236,35 @@ class Calibration(metaclass=Checked):
         point = np.array([self.best[name] for name in self.space.names])
         if ends := self.space.at_ends(point, self.found.posterior.points):
             lines.append(ends)
-        return lines or ["The tests see all directions."]
+        return lines
+
+    @property
+    def known_to(self) -> dict[str, Known]:
+        """How well each target and what the tests say of it are known, at the best parameters."""
+        return self.found.match.known_to(np.array([self.best[name] for name in self.space.names]))
+
+    @property
+    def _limits(self) -> list[str]:
+        """Which parameters the tests know hardly better than the first look, and what it is that limits all."""
+        lines, known = [], self.known_to
+        before, after = self.first_look.posterior if self.first_look else None, self.found.posterior
+        if before is not None and after is not None:
+            narrowed = width_of(self.space.places(after.points)) / width_of(self.space.places(before.points))
+            if alike := [name for name, share in zip(self.space.names, narrowed, strict=True) if share > HARDLY]:
+                lines.append(f"The tests hardly narrow what the first look knew of {enumeration(alike)}.")
+        for part, (words, cure) in LIMITS.items():
+            if held := [name for name, each in known.items() if each.largest == part]:
+                by = enumeration(f"{AIMS[n].shown.words} ({100 * getattr(known[n], part):.2g} %)" for n in held)
+                lines.append(f"{words} most of what is left open of {by}: {cure}.")
+        return lines
+
+    @property
+    def known_lines(self) -> list[list[str]]:
+        """The standard errors behind the intervals, with a heading."""
+        rows = [["standard error of", "target", "specimens", "emulator", "the last two, and first look"]]
+        for name, each in self.known_to.items():
+            rows.append([AIMS[name].shown.words, *(f"{100 * part:.2g} %" for part in attrs.astuple(each))])
+        return rows
 
     @property
     def _missed(self) -> list[str]:
@@ -239,7 +297,8 @@ class Calibration(metaclass=Checked):
             rows.append([
                 AIMS[each.name].shown.heading, text(each.target.value) if each.target else "",
                 text(each.predicted), _between(text, each.predicted_interval), text(each.measured),
-                _between(text, each.interval), str(each.count), off, each.verdict,
+                _between(text, each.interval), str(each.count), off,
+                f"{each.verdict} by its interval" if each.is_met and abs(each.off) > NEAR else each.verdict,
             ])  # fmt: skip
         return rows
 
@@ -295,16 +354,22 @@ class Calibration(metaclass=Checked):
                           "first": found.first_order.tolist(), "total": found.total_order.tolist()},
             }  # fmt: skip
             own = ("off", "is_met", "verdict")
+            content["known_to"] = {name: attrs.asdict(each) for name, each in self.known_to.items()}
             content["checks"] = [attrs.asdict(c) | {name: getattr(c, name) for name in own} for c in self.checks]
         return content
 
     def write(self, folder: str | os.PathLike[str]) -> None:
-        """Write ``report.html`` with all pictures, and ``calibration.json``. Raises OSError."""
+        """Write ``report.html``, its pictures, and ``calibration.json``. Raises OSError."""
         from grainlaw.calibration.report import write_report
 
         path = Path(writable_folder(folder))
         write_json(path / NUMBERS, self.summary)
-        write_report(self, path / REPORT)
+        drawn = write_report(self, path / REPORT)
+        for name, figure in zip(PICTURES, drawn, strict=True):
+            if figure is None:
+                (path / name).unlink(missing_ok=True)  # of another answer
+            else:
+                write_atomically(path / name, functools.partial(figure.savefig, dpi=DPI))
 
 
 def _between(text: Any, ends: tuple[float, float]) -> str:

@@ -13,7 +13,7 @@ import click
 
 from grainlaw.calibration.calibrate import calibrate as run
 from grainlaw.calibration.calibrate import first_look
-from grainlaw.calibration.result import NUMBERS, REPORT, Calibration
+from grainlaw.calibration.result import NUMBERS, PICTURES, REPORT, Calibration
 from grainlaw.calibration.stiffness_search import CONTACTS
 from grainlaw.calibration.targets import AIMS, Targets, needed_tests
 from grainlaw.calibration.trials import DISC, HALF_DISC, PRISM, SHAPES, USUAL
@@ -215,8 +215,8 @@ def calibrate(
     FILE.toml is the file of "grainlaw test" (docs/configuration.md) with the tables [targets], such as
     ucs = "126 MPa", and [free], such as tensile_strength = ["5 MPa", "30 MPa"] (docs/calibration.md).
 
-    Writes report.html, calibration.json with all numbers, and calibrated.toml, the rock for "grainlaw test NAME
-    --config" (calibrated-disc.toml with the discs of a Brazilian test). All tests are kept in the folder: a
+    Writes report.html, its pictures, calibration.json with all numbers, and calibrated.toml, the rock for "grainlaw
+    test NAME --config" (calibrated-disc.toml with the discs of a Brazilian test). All tests are kept in the folder: a
     calibration that is stopped goes on with the same call. The exit code is 1 where targets are in conflict. With
     --first nothing is run or written: an emulator that comes with grainlaw tells what it expects of Mohr-Coulomb
     contacts between even grains.
@@ -254,7 +254,8 @@ def _answer_before(folder: Path, asked: CalibrationFile) -> list[str]:
     with contextlib.suppress(ParameterError):
         if watched(folder).state == RUNNING:
             warn(f"another process calibrates in {folder}: the answer of the one that ends last will stay there")
-    there = [name for name in (REPORT, NUMBERS, *CALIBRATED.values()) if (folder / name).exists()]
+    written = (REPORT, NUMBERS, *CALIBRATED.values(), *PICTURES)
+    there = [name for name in written if (folder / name).exists()]
     old = read(folder / NUMBERS)
     if old is not None and not _answers(old, asked):
         warn(f"{folder} has the answer to other targets or ranges: {', '.join(there)} are replaced in the end, and "

@@ -12,10 +12,11 @@ the emulator alone, then by some minutes of tests.
 
 import csv
 import json
+import os
 import sys
 from functools import cache, partial
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import gettempdir
 
 import numpy as np
 import scipy
@@ -185,16 +186,14 @@ def hidden():
     return laws[:COUNT]
 
 
-@cache
-def stores():
-    return TemporaryDirectory(prefix="emulator-")
+STORE = Path(os.environ.get("EMULATOR_STORE", Path(gettempdir()) / "grainlaw-emulator"))  #: what it has is kept
 
 
 def simulated(number, law, seeds, pressure):
     """Values (seeds,) of a law on specimens of a rock, by name."""
     names = ("compression", "confined", "tension")
     case = TrialCase(law, {}, (), checked_specimens(grains_of(number), names), checked_tests({}), 1.0)
-    rock = StudySimulator(case, {"cohesion": 1}, [pressure], Path(stores().name) / str(number), progress=False)
+    rock = StudySimulator(case, {"cohesion": 1}, [pressure], STORE / str(number), progress=False)
     asked = {"cohesion": law.cohesion}
     values = rock.values([asked], (*ELASTIC, *STRENGTHS), seeds, np.ones(1))
     return {name: each[0] for name, each in values.items()}
@@ -243,7 +242,7 @@ def by_look(number):
 def by_tests(number):
     """The same after some minutes of tests."""
     found = gl.calibrate(
-        **asked(number), store=Path(stores().name) / f"{number} calibrated", budget=BUDGET, fresh=FRESH, progress=False
+        **asked(number), store=STORE / f"{number} calibrated", budget=BUDGET, fresh=FRESH, progress=False
     )
     if not found.is_plausible:
         return [np.nan] * len(STRENGTHS), 0, found.cpu
