@@ -132,7 +132,7 @@ class Formulas:
 
 
 def test_what_is_known_before_counts_by_its_covariance_as_another_set_of_tests():
-    """By precisions, which add up; the search gains it from covariances."""
+    """By precisions, which add up, times 1 - (d / 3)^2; the search gains it from covariances."""
     match = matched(space(), targets_at(HIDDEN, FOUR).tested)
     points, before = space().prior(64, 5), Formulas(np.array([0.05, -0.1]))
     means, covariances = match.by_tests(points)
@@ -141,14 +141,33 @@ def test_what_is_known_before_counts_by_its_covariance_as_another_set_of_tests()
     for k, is_known in enumerate(before.known(points)):
         precision, weighted = np.linalg.inv(covariances[k]), np.linalg.solve(covariances[k], means[k])
         if is_known:
-            precision[np.ix_(rows, rows)] += np.linalg.inv(before.errors)
-            weighted[rows] += np.linalg.solve(before.errors, before.predicted(points[k : k + 1])[0][0])
+            at, between = before.predicted(points[k : k + 1])[0][0], np.ix_(rows, rows)
+            deviations = np.abs(means[k][rows] - at) / np.sqrt(np.diag(covariances[k][between] + before.errors))
+            weight = 1 - (deviations.max() / 3) ** 2
+            assert 0.5 < weight < 0.9
+            precision[between] += weight * np.linalg.inv(before.errors)
+            weighted[rows] += weight * np.linalg.solve(before.errors, at)
         assert left[k] == pytest.approx(np.linalg.inv(precision), rel=1e-6, abs=1e-9)
         assert found[k] == pytest.approx(np.linalg.solve(precision, weighted), rel=1e-6)
     one, variance = attrs.evolve(match, before=before).one(points, "ucs")
     at = match.names.index("ucs")
     assert one.tolist() == found[:, at].tolist()
     assert variance.tolist() == left[:, at, at].tolist()
+
+
+@pytest.mark.parametrize("limit", [2.995, 3.005])
+def test_what_was_known_ceases_to_count_without_a_jump(limit):
+    """Just within three standard errors it moves the mean by next to nothing, and beyond by nothing."""
+    match, before = matched(space(), targets_at(HIDDEN, FOUR).tested), Formulas(np.zeros(2))
+    before.known = lambda points: np.ones(len(points), dtype=bool)
+    point = space().prior(64, 5)[:1]
+    means, covariances = match.by_tests(point)
+    rows = [match.names.index(name) for name in before.targets]
+    deviation = np.sqrt(covariances[0, rows[1], rows[1]] + before.errors[1, 1])
+    before.off = means[0, rows] - before.predicted(point)[0][0] - [0.0, limit * deviation]
+    moved = attrs.evolve(match, before=before).expected(point)[0] - means
+    assert np.abs(moved).max() < 0.01 * deviation
+    assert moved.any() == (limit < 3)
 
 
 def test_what_was_known_does_not_count_where_tests_lie_far_from_it():

@@ -100,14 +100,16 @@ class Match:
     def expected(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The same by the tests and by what was known before, each by its covariance.
 
-        What was known does not count at a point where it lies more than the limit of implausibility from the tests.
+        What was known counts less the further it lies from the tests at a point, and from the limit of implausibility
+        on not at all: its covariance is over what of the square of the limit is left.
         """
         means, covariances = self.by_tests(points)
         if self.before is None:
             return means, covariances
         at, others, errors, apart = self._beside(points, means, covariances)
-        counts = apart.max(axis=1, initial=0.0) <= LIMIT
-        at, others, errors = at[counts], others[counts], errors[counts]
+        counts = 1 - (apart.max(axis=1, initial=0.0) / LIMIT) ** 2
+        inside = counts > 0
+        at, others, errors = at[inside], others[inside], errors[inside] / counts[inside, None, None]
         shared = covariances[at][:, :, self._known]  # (m, t, k)
         gain = np.linalg.solve(shared[:, self._known] + errors, shared.transpose(0, 2, 1)).transpose(0, 2, 1)
         means[at] += np.einsum("mtk,mk->mt", gain, others - means[at][:, self._known])

@@ -39,6 +39,7 @@ LIMITS = {  # of what is known of a target: the largest part, in words, and what
     "specimens": ("The scatter of the simulated specimens is", "more seeds, or larger specimens"),
     "emulator": ("The error of the emulator is", "a larger budget, or narrower ranges"),
 }
+ONSETS = ("crack_initiation", "crack_damage")  #: which some specimens do not have
 OFTEN = 3  #: times as many fresh specimens as now, to tell whether a target is met that they nearly meet
 DPI = 200  #: of a picture
 WEAK = 0.5  #: Q2 of an emulator of a target: worse is told
@@ -214,7 +215,8 @@ class Calibration(metaclass=Checked):
             for name, _, share, *_ in weak
         ]
         lines += [
-            f"{AIMS[each.name].shown.words} has a value in {each.count} of {most} fresh specimens."
+            f"{AIMS[each.name].shown.words} has a value in {each.count} of {most} fresh specimens"
+            + (": the others show none before they fail." if each.name in ONSETS else ".")
             for each in self.checks
             if each.count < (most := max(other.count for other in self.checks))
         ]
