@@ -134,7 +134,7 @@ def test_bands_show_points_emulator_and_target_at_the_strength_of_the_rock(given
     assert (low, high) == pytest.approx((190 - 1.959964 * 4, 190 + 1.959964 * 4))
     assert angle.lines[0].get_xdata() == pytest.approx([0.25, 0.75])
     assert others[1].lines[0].get_ydata() == pytest.approx([35, 43])
-    assert [tick.get_text() for tick in others[0].get_xticklabels()] == ["5", "12.2", "30"]
+    assert [tick.get_text() for tick in others[0].get_xticklabels()] == ["5", "10", "30"]
     assert [tick.get_text() for tick in scale.get_xticklabels()] == [""] * 3
 
 
@@ -151,9 +151,9 @@ def test_the_corner_shows_each_pair_once(given):
     assert (cross.get_xdata()[0], cross.get_ydata()[0]) == pytest.approx(SPACE.places(TWICE[None])[0][:2])
     assert axes[3].get_xlabel() == "tensile strength (MPa)"
     assert [axes[k].get_ylabel() for k in (0, 1, 3)] == ["", "cohesion (MPa)", "friction angle (deg)"]
-    assert [tick.get_text() for tick in axes[1].get_yticklabels()] == ["20", "34.6", "60"]
+    assert [tick.get_text() for tick in axes[1].get_yticklabels()] == ["20", "30", "60"]
     below = [[tick.get_text() for tick in axes[k].get_xticklabels()] for k in range(6)]
-    assert below == [[""] * 3] * 3 + [["5", "12.2", "30"], ["20", "34.6", "60"], ["30", "40", "50"]]
+    assert below == [[""] * 3] * 3 + [["5", "10", "30"], ["20", "30", "60"], ["30", "40", "50"]]
 
 
 def test_points_left_out_are_shown_over_what_they_are(given):
@@ -193,6 +193,30 @@ def test_the_envelope_is_the_line_of_cohesion_and_friction_angle(given):
     ]  # fmt: skip
 
 
+def test_the_fit_is_how_far_fresh_specimens_lie_from_the_targets(given):
+    """UCS of 190 MPa known to 4 MPa: 95 % are 4.126 %; specimens of 171 and 199.5 MPa lie 10 % below and 5 % above."""
+    ucs = attrs.evolve(given.checks[0], values=(171e6, 199.5e6))
+    [axes] = figures.fit(attrs.evolve(given, checks=[ucs, *given.checks[1:]])).axes
+    [target] = axes.patches
+    assert (target.get_x(), target.get_width()) == pytest.approx(100 * 1.959964 * 4 / 190 * np.array([-1, 2]))
+    single, mean, *_ = axes.lines
+    assert single.get_xdata() == pytest.approx([-10, 5])
+    assert mean.get_xdata() == pytest.approx([100 * (180 / 190 - 1)])
+    [bar] = axes.collections[0].get_segments()
+    assert bar[:, 0] == pytest.approx([100 * (170 / 190 - 1), 100 * (195 / 190 - 1)])
+    assert [text.get_text() for text in axes.get_yticklabels()] == ["UCS 190.00 MPa"]
+    assert figures.fit(attrs.evolve(given, checks=given.checks[1:])) is None
+
+
+def test_pictures_are_drawn_by_name(given):
+    assert given.plot().axes[0].get_xlabel() == "off the target (%)"
+    assert given.plot("envelope").axes[0].get_ylabel() == "strength (MPa)"
+    lost = attrs.evolve(given, found=attrs.evolve(given.found, posterior=None))
+    assert lost.plot("corner") is None
+    with pytest.raises(gl.ParameterError, match=r"Calibration.plot: name = 'fits' is not allowed.*left-out"):
+        given.plot("fits")
+
+
 def test_the_envelope_has_strengths_under_confinement_beside_their_targets(given):
     high = Compared("strength at 75 MPa", Target(703e6, 9e6), 0, (0, 0), 690e6, (680e6, 710e6), 10)
     targets = Targets(ucs=190e6, triaxial={75e6: (703e6, 9e6)})
@@ -208,9 +232,9 @@ def test_the_envelope_has_strengths_under_confinement_beside_their_targets(given
 def test_the_tables_of_given_numbers(given):
     _, ucs, cohesion, _ = given.check_lines
     assert ucs[1:] == [
-        "190.00", "200.00", "100.00 to 300.00", "180.00", "170.00 to 195.00", "10", "-5.3 %", "met by its interval",
+        "190.00", "200.00", "100.00 to 300.00", "180.00", "170.00 to 195.00", "", "10", "-5.3 %", "met by its interval",
     ]  # fmt: skip
-    assert cohesion[7:] == ["", ""]
+    assert cohesion[7:] == ["10", "", "no target"]
     assert cohesion[5] == "" == cohesion[1]
     assert given.quality_lines[1] == ["UCS", "3", "0.975", "0.82", "100 %"]
     assert given.parameters == given.best | {"residual_cohesion": 0.1 * given.best["cohesion"]}
@@ -218,7 +242,7 @@ def test_the_tables_of_given_numbers(given):
     assert "grains" not in given.head
     stiffer = Stiffness(parameters={"kn": 1e14}, grains=2.0, modulus=5e10, poisson=0.2, solutions=1)
     head = attrs.evolve(given, stiffness=stiffer, grains=2.0, cpu=7200.0).head.splitlines()
-    assert head[0].endswith("2 points on 3 seeds in 0 waves, 2 CPU hours")
+    assert head[0].endswith("2 points on seeds 1 to 3 in 0 waves, 2 CPU hours")
     assert head[1].startswith("by statics E = 50.00 GPa and nu = 0.200 with kn = ")
     assert head[1].endswith(", grains 2 times as stiff")
     assert repr(given).endswith("met on fresh seeds: 1 of 1 targets)")
@@ -234,7 +258,10 @@ def test_the_tables_tell_parameters_and_the_check(answered):
     assert re.search(rf"cohesion +\S+ MPa +\S+ MPa to \S+ MPa +{half} +\d+ % *\n", text)
     assert "\nas they were given: kn = 105 TPa/m, ks = 94.5 TPa/m\n" in text  # residual cohesion is tied
     assert "Tests without a value: 2 of tension (first: no peak)" in text
+    assert re.search(r"\nBrazilian strength \(MPa\) .* no target\n", text)
     ucs = next(row for row in answered.checks if row.name == "ucs")
+    scatter = f"{100 * np.std(ucs.values, ddof=1) / np.mean(ucs.values):.0f} %"
+    assert next(row for row in answered.check_lines if row[0] == "UCS (MPa)")[6] == scatter
     assert ucs.measured == pytest.approx(exact(answered.best)["ucs"], rel=0.08)
     low, high = ucs.predicted_interval
     assert low < exact(answered.best)["ucs"] < high
@@ -260,9 +287,11 @@ def test_a_target_is_met_within_five_percent_or_in_the_interval(answered):
     wide = attrs.evolve(far, interval=(0.9 * row.target.value, 1.5 * row.target.value))
     assert (wide.is_met, wide.verdict, far.verdict, near.verdict) == (None, "undecided", "not met", "met")
     told = attrs.evolve(answered, checks=(wide,)).verdicts[-1]
+    more = 12.5 * wide.count  # tests of compression
     assert told == (  # three times as wide as what tells, and half as many more, for few know their scatter
         f"{wide.count} fresh specimens are too few to tell whether UCS is met: try fresh = {round(13.5 * wide.count)} "
-        "(of [calibration]), the same call keeps all that was tested, or specimens of more grains, which scatter less."
+        f"(of [calibration]; {more:.0f} tests more, those that were made are kept), or specimens of more grains, which "
+        "scatter less."
     )
     assert (near.enough, far.enough) == (near.count, far.count)
 
@@ -278,9 +307,9 @@ def test_what_lies_at_an_end_is_told(answered):
 def test_the_page_has_all_pictures_and_the_numbers_are_whole(answered, tmp_path):
     answered.write(tmp_path / "out")
     page = (tmp_path / "out" / "report.html").read_text()
-    assert page.count("<img") == 4  # envelope, corner, bands, points left out
+    assert page.count("<img") == 5  # fit, envelope, corner, bands, points left out
     pictures = sorted(file.name for file in (tmp_path / "out").glob("*.png"))
-    assert pictures == ["bands.png", "corner.png", "envelope.png", "left-out.png"]
+    assert pictures == ["bands.png", "corner.png", "envelope.png", "fit.png", "left-out.png"]
     assert "What further tests would tell" in page
     assert "Nothing was measured beside the targets" not in page
     content = json.loads((tmp_path / "out" / "calibration.json").read_text())
@@ -317,7 +346,7 @@ def test_what_is_not_met_says_what_to_do(answered):
     assert attrs.evolve(sure, measured=0.99 * value).is_near is None
     (near,) = attrs.evolve(answered, checks=(few,))._missed
     assert near.startswith("Not met, though specimens and laboratory together know no better (95 %): UCS. fresh = ")
-    assert f"fresh = {3 * count} " in near
+    assert f"fresh = {3 * count} (of [calibration]; {2 * count} tests more, those that were made are kept)" in near
     (far,) = attrs.evolve(answered, checks=(sure,))._missed
     assert far.startswith(f"Missed by more than both are known to: UCS. With more = {count} (of [calibration]) ")
     design = attrs.evolve(answered.found.design, anchors={3: {"ucs": np.arange(answered.seeds + 9.0)[None]}})
@@ -338,6 +367,21 @@ def test_a_target_that_is_predicted_badly_is_told(share, miss, told, answered, m
     words = [line for line in answered.verdicts if "predicted badly" in line]
     assert len(words) == told
     assert not told or words[0].startswith("UCS is predicted badly from the others (Q2 0.49)")
+
+
+@pytest.mark.thorough
+def test_each_parameter_has_a_verdict_in_words(answered):
+    one, two, three = answered.identifiability.parameters
+    known = (
+        attrs.evolve(one, width=0.2, best=10.0, interval=(8.0, 13.0)),
+        attrs.evolve(two, width=0.6, best=10.0, interval=(1.0, 13.0)),
+        attrs.evolve(three, width=0.8, best=10.0, interval=(1.0, 15.0)),
+    )
+    seen = attrs.evolve(answered.identifiability, parameters=known)
+    assert attrs.evolve(answered, identifiability=seen).verdicts[:3] == [
+        "These tests determine tensile_strength (± 25 %).", "They determine weakly cohesion (± 60 %).",
+        "They do not determine friction_angle (± 70 %).",
+    ]  # fmt: skip
 
 
 @pytest.mark.thorough
@@ -386,7 +430,7 @@ def test_fresh_specimens_without_a_value_are_told(answered):
     few = [attrs.evolve(row, count=2) if row.name == "crack_initiation" else row for row in answered.checks]
     told = attrs.evolve(answered, checks=few).verdicts
     assert [line for line in told if "has a value" in line] == [
-        "CI has a value in 2 of 10 fresh specimens: the others show none before they fail."
+        "CI has a value in 2 of 10 fresh specimens before they fail."
     ]
     assert not [line for line in answered.verdicts if "has a value" in line]
 
@@ -415,7 +459,7 @@ def test_bands_pass_through_the_best_parameters(answered):
     axes = figure.axes[0]
     middle = axes.lines[-2]  # emulator, target
     assert len(middle.get_xdata()) > 10
-    assert [tick.get_text() for tick in figure.axes[9].get_xticklabels()] == ["5", "12.2", "30"]  # MPa
+    assert [tick.get_text() for tick in figure.axes[9].get_xticklabels()] == ["5", "10", "30"]  # MPa
 
 
 @pytest.mark.thorough

@@ -433,6 +433,10 @@ def test_what_the_tests_do_not_see_is_named_and_what_would_see_it(one_strength):
     poor = attrs.evolve(match.emulators["brazilian_strength"], left_out=np.array([[1.0, 2.0, 0.1], [2.0, 1.0, 0.1]]))
     blind = identifiability(attrs.evolve(match, emulators={**match.emulators, "brazilian_strength": poor}), found, 0)
     assert (poor.q_squared, blind.quantities, blind.further) == (-3, ("ucs",), ())
+    good = match.emulators["brazilian_strength"]
+    few = attrs.evolve(good, points=good.points[: len(good.points) // 2 - 1])  # of less than half of the points
+    rare = identifiability(attrs.evolve(match, emulators={**match.emulators, "brazilian_strength": few}), found, 0)
+    assert (rare.quantities, rare.further) == (("ucs",), ())
 
 
 def test_intervals_hold_as_much_below_as_above():

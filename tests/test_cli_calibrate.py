@@ -235,6 +235,7 @@ def test_what_is_stopped_on_its_fresh_specimens_has_an_answer(tmp_path, monkeypa
     kept = invoke("calibrate", written(tmp_path))
     assert len(wrote) == 1  # it is better than one that was not tried
     assert "of before: report.html, calibration.json" in kept.output
+    assert f"{tmp_path / 'rock'} keeps the answer that it has, which was tried on fresh specimens" in kept.output
 
 
 def test_another_process_that_calibrates_in_the_folder_is_told(tmp_path, monkeypatch):

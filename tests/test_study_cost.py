@@ -137,11 +137,13 @@ def test_bars_say_what_is_done_failed_and_at_work(monkeypatch, tmp_path):
     Watcher([first], by, None).remove()
 
 
-def test_a_case_of_many_factors_is_named_by_the_last_ones():
+def test_a_case_of_many_factors_is_named_by_names_and_seed_first():
     factors = {"tensile_strength": 7552000.0, "cohesion": 26250000.0, "test": "tension", "seed": 2}
-    assert workers._label(factors) == "... test = tension, seed = 2"
+    assert workers._label(factors) == "test = tension, seed = 2, tensile..."
+    everything = "test = tension, seed = 2, tensile_strength = 7.55 MPa, cohesion = 26.25 MPa"
+    assert workers._label(factors, 110) == everything
     confined = {"confinement": 5e6, "seed": 2}
-    assert workers._label({"cohesion": 26250000.0, **confined}) == "... confinement = 5.00 MPa, seed = 2"
+    assert workers._label(confined) == "seed = 2, confinement = 5.00 MPa"
     assert workers._label({"kind": "a" * 40}) == f"kind = {'a' * 26}..."
     assert workers._label({"law": "a", "seed": 1}) == "law = a, seed = 1"
 

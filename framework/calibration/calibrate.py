@@ -118,7 +118,9 @@ def _answered(
     except Stopped as stopped:
         stopped.result = result
         raise
-    return attrs.evolve(result, checks=tuple(rows), failures=tuple(simulator.failures), cpu=simulator.cpu)
+    return attrs.evolve(
+        result, checks=tuple(rows), tried=tuple(seeds), failures=tuple(simulator.failures), cpu=simulator.cpu
+    )
 
 
 def _check_budget(budget: int, targets: Targets, space: Space) -> None:

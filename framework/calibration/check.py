@@ -85,6 +85,21 @@ class Compared:
         return f"{far} of {len(self.values)} have more than {of_median}"
 
     @property
+    def scatter_in_words(self) -> str:
+        """Standard deviation of one specimen, over the mean."""
+        if len(self.values) < 2:
+            return ""
+        deviation = float(np.std(self.values, ddof=1))
+        return f"{100 * deviation / abs(self.measured):.0f} %"
+
+    @property
+    def verdict_in_words(self) -> str:
+        """The verdict, and by what."""
+        if self.target is None:
+            return "no target"
+        return f"{self.verdict} by its interval" if self.is_met and abs(self.off) > NEAR else self.verdict
+
+    @property
     def verdict(self) -> str:
         """``met``, ``not met`` or ``undecided``; empty without a target."""
         words = {True: "met", False: "not met", None: UNDECIDED}

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from grainlaw.calibration.check import NORMAL
 from grainlaw.calibration.emulator import restored
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 ALONG = 60  #: points of a line
 BINS = 30
 COMMON = (0.05, 0.95)  #: quantiles of what was tested that are always seen
+WIDE = 4.0  #: times the least is the largest: else axes are linear
 AROUND = 0.1  #: of what has to be seen, above and below
 
 
@@ -101,6 +103,36 @@ def corner(found: Calibration) -> Figure:
     return figure
 
 
+def fit(found: Calibration) -> Figure | None:
+    """How far fresh specimens lie from each target, beside how well it is known; None without a check."""
+    checks = [each for each in found.checks if each.target is not None and each.target.value and each.count]
+    if not checks:
+        return None
+    figure = Figure(figsize=(6, 0.55 * len(checks) + 1.4), layout="constrained")
+    axes = figure.subplots()
+    names = []
+    for row, each in enumerate(reversed(checks)):
+        assert each.target is not None
+        shown, value, hidden = AIMS[each.name].shown, each.target.value, "_" if row else ""  # in the legend once
+        known = 100 * NORMAL * each.target.uncertainty / value
+        given = np.array([*each.values, *each.interval, each.measured])
+        *single, low, high, mean = 100 * (given / value - 1)
+        axes.barh(
+            row, 2 * known, left=-known, height=0.6, color=VERMILLION, alpha=0.25, lw=0, label=hidden + "target, 95 %"
+        )
+        axes.plot(single, [row] * len(single), "o", color="0.55", markersize=4, label=hidden + "fresh specimens")
+        reach = [[mean - low], [high - mean]]
+        label = hidden + "their mean, 95 %"
+        axes.errorbar(mean, row, xerr=reach, fmt="D", color=BLUE, capsize=4, zorder=3, label=label)
+        names.append(f"{shown.words} {shown.with_unit(value)}")
+    axes.axvline(0, color=VERMILLION, linewidth=1)
+    axes.set_yticks(range(len(names)), names)
+    axes.set_xlabel("off the target (%)")
+    axes.grid(axis="x", alpha=0.25)
+    figure.legend(loc="outside upper center", ncols=3, frameon=False, fontsize=9)
+    return figure
+
+
 def left_out(found: Calibration) -> Figure:
     """Predictions of points that were left out, over what they are."""
     match, samples = found.found.match, found.found.match.samples
@@ -119,15 +151,17 @@ def left_out(found: Calibration) -> Figure:
         reach = [middle - low, high - middle]
         axes.errorbar(tested, middle, reach, fmt=".", color=BLUE, ecolor="0.75", markersize=5)
         ends = [tested.min(), tested.max()]
+        if aim.is_log and ends[1] > WIDE * ends[0]:
+            _logarithmic(axes)
         axes.plot(ends, ends, color=BLACK, linewidth=0.8)
         share = emulator.q_squared
         said = f"Q2 {share:.3f}" if math.isfinite(share) else "the same at all points, by similarity"
         axes.set_title(f"{aim.shown.heading}\n{said}", fontsize=9)
         axes.grid(alpha=0.25)
+        axes.set_xlabel("tested", fontsize=9)
+        axes.set_ylabel("predicted from the others", fontsize=9)
     for axes in places[len(every) :]:
         axes.remove()
-    figure.supxlabel("tested", fontsize=9)
-    figure.supylabel("predicted from the others", fontsize=9)
     return figure
 
 
@@ -183,8 +217,19 @@ def _label(free: Free) -> str:
     return f"{words} ({unit})" if unit else words
 
 
+def _logarithmic(axes: Axes) -> None:
+    axes.set(xscale="log", yscale="log")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_formatter(NullFormatter())
+
+
 def _ticks(axis: object, free: Free, shown: bool) -> None:
-    shares = np.array([0.0, 0.5, 1.0])
     factor = factor_into(_unit(free)) / factor_into(free.unit)
-    texts = [f"{value * factor:.3g}" for value in free.at(shares)] if shown else [""] * 3
+    low, middle, high = free.at(np.array([0.0, 0.5, 1.0])) * factor
+    round_one = float(f"{middle:.1g}")  # or the middle itself, where that would lie near an end
+    at = np.array([low, round_one if low < round_one < high else middle, high])
+    shares = free.share(at / factor)
+    texts = [f"{value:.3g}" for value in at] if shown else [""] * 3
     axis.set_ticks(shares, texts)  # type: ignore[attr-defined]

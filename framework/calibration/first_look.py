@@ -457,7 +457,7 @@ class FirstLook(metaclass=Checked):
         assert self.stiffness is not None
         wanted = {name: target.value for name, target in self.elastic.items()}
         beside = in_words({name: self.stiffness.moduli[name] for name in wanted}) != in_words(wanted)
-        aimed = ": beside the targets, for contacts that crack before half of the peak move them in a test"
+        aimed = ": not the targets, because contacts crack before half of the peak, which shifts E and nu of a test"
         return self.stiffness.in_words + (aimed if beside else "")
 
 

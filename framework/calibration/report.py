@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from grainlaw.drawing.figure import Figure
 
 
-PICTURES = (figures.bands, figures.left_out, figures.corner, figures.envelope)  #: of a conflict the first two
+PICTURES = (figures.bands, figures.left_out, figures.corner, figures.envelope, figures.fit)  #: of a conflict two
 
 
 def write_report(found: Calibration, file: Path) -> list[Figure | None]:
@@ -35,7 +35,7 @@ def write_report(found: Calibration, file: Path) -> list[Figure | None]:
         head=found.head.splitlines(), names=list(found.space.names),
         answer=_answer(found) if found.is_plausible else None,
         unchecked=UNCHECKED, conflict=found.conflict, conflicts=list(_conflicts(found)), targets=_targets(found),
-        figures=drawn, ranges=ranges, waves=waves,
+        figures=drawn, tried=found.tried_in_words, ranges=ranges, waves=waves,
         quality=headed(found.quality_lines), failures=found.failure_words if found.failures else "",
         versions=list(versions().items()),
     )  # fmt: skip

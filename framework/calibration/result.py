@@ -7,13 +7,13 @@ import os
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
-from grainlaw.calibration.check import NEAR, UNCHECKED, Compared
+from grainlaw.calibration.check import UNCHECKED, Compared
 from grainlaw.calibration.emulator import quality
 from grainlaw.calibration.first_look import FirstLook
 from grainlaw.calibration.identifiability import WEAKLY, Identifiability, width_of
@@ -21,17 +21,20 @@ from grainlaw.calibration.matching import LIMIT, Known
 from grainlaw.calibration.space import Space
 from grainlaw.calibration.stiffness_search import Stiffness, with_grains
 from grainlaw.calibration.targets import AIMS, Targets, in_words
-from grainlaw.calibration.trials import Failure
+from grainlaw.calibration.trials import Failure, tests_of
 from grainlaw.calibration.waves import SearchResult
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError
-from grainlaw.messages import enumeration
+from grainlaw.messages import enumeration, refusal
 from grainlaw.quantity import aligned
 from grainlaw.results.files import writable_folder, write_atomically
 from grainlaw.results.tables import write_json
 from grainlaw.runs.record import versions
 from grainlaw.short_form import rounded
 from grainlaw.specimen import Specimen
+
+if TYPE_CHECKING:
+    from grainlaw.drawing.figure import Figure
 
 HARDLY = 0.9  #: of the width that the first look leaves
 LIMITS = {  # of what is known of a target: the largest part, in words, and what would make it smaller
@@ -40,11 +43,15 @@ LIMITS = {  # of what is known of a target: the largest part, in words, and what
     "emulator": ("The error of the emulator is", "a larger budget, or narrower ranges"),
 }
 ONSETS = ("crack_initiation", "crack_damage")  #: which some specimens do not have
+VERDICTS = {
+    "determined": "These tests determine", "weakly determined": "They determine weakly",
+    "not determined": "They do not determine",
+}  # fmt: skip
 OFTEN = 3  #: times as many fresh specimens as now, to tell whether a target is met that they nearly meet
 DPI = 200  #: of a picture
 WEAK = 0.5  #: Q2 of an emulator of a target: worse is told
 REPORT, NUMBERS = "report.html", "calibration.json"
-PICTURES = ("bands.png", "left-out.png", "corner.png", "envelope.png")  #: of a conflict the first two
+PICTURES = ("bands.png", "left-out.png", "corner.png", "envelope.png", "fit.png")  #: of a conflict the first two
 NOTHING = (
     f"Nothing in the ranges is plausible: every set of parameters is {LIMIT:g} standard errors or more off a target."
 )
@@ -67,6 +74,7 @@ class Calibration(metaclass=Checked):
     identifiability: Identifiability | None = None  #: which parameters the targets determine
     best: dict[str, float] = attrs.field(factory=dict)  #: the best parameters by name
     checks: Sequence[Compared] = ()  #: targets beside what the best parameters give
+    tried: Sequence[int] = ()  #: seeds of the fresh specimens that these were tried on
 
     @property
     def is_plausible(self) -> bool:
@@ -106,7 +114,8 @@ class Calibration(metaclass=Checked):
             parts += [f"{NOTHING} In conflict: {self.conflict}."]
         else:
             parts += [aligned(self.parameter_lines, rule=True), *self.verdicts]
-            parts.append(aligned(self.check_lines, rule=True) if self.checks else UNCHECKED)
+            shown = [[*row[:2], *row[4:]] for row in self.check_lines]  # the report has the predictions
+            parts.append(aligned(shown, rule=True) if self.checks else UNCHECKED)
         parts.append(aligned(self.quality_lines, rule=True))
         if self.failures:
             parts.append(self.failure_words)
@@ -126,7 +135,7 @@ class Calibration(metaclass=Checked):
     @property
     def head(self) -> str:
         """What was looked for, how, and what statics gave."""
-        lines = [f"{self.space.kind.__name__}, {len(self.found.design.points)} points on {self.seeds} seeds in "
+        lines = [f"{self.space.kind.__name__}, {len(self.found.design.points)} points on seeds 1 to {self.seeds} in "
                  f"{len(self.found.waves)} waves, {self.cpu / 3600:.2g} CPU hours"]  # fmt: skip
         if self.stiffness is not None:
             lines.append(self.stiffness.in_words)
@@ -139,7 +148,7 @@ class Calibration(metaclass=Checked):
         if given := self._given:
             lines.append(f"as they were given: {given}")
         if scale is not None:
-            lines.append(f"groups: {', '.join(self.space.groups)}; {scale.name} follows from similarity")
+            lines.append(f"searched over {', '.join(self.space.groups)}; {scale.name} follows from similarity")
         return "\n".join(lines)
 
     @property
@@ -188,8 +197,10 @@ class Calibration(metaclass=Checked):
         found = self.identifiability
         assert found is not None
         lines = []
-        if found.not_determined:
-            lines.append(f"These tests do not determine {', '.join(found.not_determined)}.")
+        for verdict, words in VERDICTS.items():
+            if named := [each for each in found.parameters if each.verdict == verdict]:
+                shown = enumeration(f"{each.name} (± {100 * each.half:.0f} %)" for each in named)
+                lines.append(f"{words} {shown}.")
         for each in found.unseen:
             lines.append(f"They do not see: {each.words} ({100 * each.width:.0f} % of the prior's deviation is left).")
         lines += [
@@ -216,7 +227,7 @@ class Calibration(metaclass=Checked):
         ]
         lines += [
             f"{AIMS[each.name].shown.words} has a value in {each.count} of {most} fresh specimens"
-            + (": the others show none before they fail." if each.name in ONSETS else ".")
+            + (" before they fail." if each.name in ONSETS else ".")
             for each in self.checks
             if each.count < (most := max(other.count for other in self.checks))
         ]
@@ -225,7 +236,7 @@ class Calibration(metaclass=Checked):
             are = "is" if len(undecided) == 1 else "are"
             lines.append(
                 f"{count} fresh specimens are too few to tell whether {enumeration(undecided)} {are} met: try "
-                f"fresh = {enough} (of [calibration]), the same call keeps all that was tested, or specimens of more "
+                f"fresh = {enough} (of [calibration]; {self._more_tests(enough - count)}), or specimens of more "
                 "grains, which scatter less."
             )
         lines += self._missed
@@ -239,6 +250,27 @@ class Calibration(metaclass=Checked):
         if ends := self.space.at_ends(point, self.found.posterior.points):
             lines.append(ends)
         return lines
+
+    def _more_tests(self, specimens: int) -> str:
+        """What so many more fresh specimens would cost, in words."""
+        count = specimens * tests_of([each.name for each in self.checks], self.targets.pressures)
+        return f"{count} tests more, those that were made are kept"
+
+    def plot(self, name: str = "fit") -> Figure | None:
+        """A picture of the report: "fit", "envelope", "corner", "bands" or "left-out"; None where it has nothing."""
+        from grainlaw.calibration.report import PICTURES as DRAWN
+
+        files = [file.removesuffix(".png") for file in PICTURES]
+        if name not in files:
+            raise refusal("Calibration.plot: name", name, enumeration(files))
+        if not self.is_plausible and files.index(name) > 1:
+            return None
+        return DRAWN[files.index(name)](self)
+
+    @property
+    def tried_in_words(self) -> str:
+        """The seeds of the fresh specimens."""
+        return f"{self.tried[0]} to {self.tried[-1]}" if self.tried else "of their own"
 
     @property
     def known_to(self) -> dict[str, Known]:
@@ -263,7 +295,7 @@ class Calibration(metaclass=Checked):
     @property
     def known_lines(self) -> list[list[str]]:
         """The standard errors behind the intervals, with a heading."""
-        rows = [["standard error of", "target", "specimens", "emulator", "the last two, and first look"]]
+        rows = [["standard error of", "target", "specimens", "emulator", "of both, with the first look"]]
         for name, each in self.known_to.items():
             rows.append([AIMS[name].shown.words, *(f"{100 * part:.2g} %" for part in attrs.astuple(each))])
         return rows
@@ -278,7 +310,7 @@ class Calibration(metaclass=Checked):
         if near:
             lines.append(
                 f"Not met, though specimens and laboratory together know no better (95 %): {enumeration(near)}. "
-                f"fresh = {OFTEN * count} (of [calibration]) would tell, the same call keeps all that was tested."
+                f"fresh = {OFTEN * count} (of [calibration]; {self._more_tests((OFTEN - 1) * count)}) would tell."
             )
         if far:
             more = max((len(values) for each in self.found.design.more.values() for values in each.values()), default=0)
@@ -292,15 +324,15 @@ class Calibration(metaclass=Checked):
     @property
     def check_lines(self) -> list[list[str]]:
         """Targets, predictions and what fresh seeds gave, with a heading."""
-        rows = [["on fresh seeds", "target", "predicted", "95 %", "measured", "95 %", "n", "off", ""]]
+        heads = ["on fresh seeds", "target", "predicted", "95 %", "measured", "95 %", "scatter", "n", "off", ""]
+        rows = [heads]
         for each in self.checks:
             text = AIMS[each.name].shown.text
             off = f"{100 * each.off:+.1f} %" if each.off == each.off else ""
             rows.append([
                 AIMS[each.name].shown.heading, text(each.target.value) if each.target else "",
                 text(each.predicted), _between(text, each.predicted_interval), text(each.measured),
-                _between(text, each.interval), str(each.count), off,
-                f"{each.verdict} by its interval" if each.is_met and abs(each.off) > NEAR else each.verdict,
+                _between(text, each.interval), each.scatter_in_words, str(each.count), off, each.verdict_in_words,
             ])  # fmt: skip
         return rows
 

@@ -166,20 +166,14 @@ class StudySimulator(Simulator):
 
     def plan(self, quantities: Sequence[str], specimens: int) -> None:
         """Say that on so many specimens these quantities are measured at most."""
-        levels = len(self._confinements(quantities))
-        self.whole.planned = specimens * sum(levels if test == CONFINED else 1 for test in needed_tests(quantities))
-
-    def _confinements(self, quantities: Sequence[str]) -> list[float]:
-        """Pa, under which quantities are measured."""
-        aims = [AIMS[name] for name in quantities if CONFINED in AIMS[name].tests]
-        return [*dict.fromkeys(p for aim in aims for p in ((aim.confinement,) if aim.confinement else self.pressures))]
+        self.whole.planned = specimens * tests_of(quantities, self.pressures)
 
     def values(
         self, points: Sequence[Mapping[str, float]], quantities: Sequence[str], seeds: Sequence[int],
         scales: np.ndarray,
     ) -> Values:  # fmt: skip
         tests, cases = needed_tests(quantities), list[dict[str, Any]]()
-        confined = self._confinements(quantities)
+        confined = _confinements(quantities, self.pressures)
         self.names = tuple(points[0]) if points else ()
         trials = [
             {test: self._tested(test, point, float(scale)) for test in tests}
@@ -255,6 +249,18 @@ class StudySimulator(Simulator):
             return math.nan
         line = fit_mohr_coulomb([0.0, *self.pressures], peaks)
         return line.friction_angle if name == "friction_angle" else line.cohesion / scale
+
+
+def tests_of(quantities: Sequence[str], pressures: Sequence[float]) -> int:
+    """How many tests of one specimen measure quantities."""
+    levels = len(_confinements(quantities, pressures))
+    return sum(levels if test == CONFINED else 1 for test in needed_tests(quantities))
+
+
+def _confinements(quantities: Sequence[str], pressures: Sequence[float]) -> list[float]:
+    """Pa, under which quantities are measured."""
+    aims = [AIMS[name] for name in quantities if CONFINED in AIMS[name].tests]
+    return [*dict.fromkeys(p for aim in aims for p in ((aim.confinement,) if aim.confinement else pressures))]
 
 
 def at_scale(test: Any, scale: float) -> Any:

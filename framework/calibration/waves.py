@@ -123,7 +123,7 @@ class Search:
             if number == 1:
                 design, match, left = self._with_anchor(design, match, left, number)
             waves.append(SearchWave(first, len(design.points) - first, left.share, left.least))
-            best = f"the best set of parameters is {left.least:.1f} off, {self.space.in_words(left.best)}"
+            best = f"the best set is {left.least:.1f} standard errors off, {self.space.in_words(left.best)}"
             self.tell(f"{100 * left.share:.2g} % of the ranges are plausible{MEANING if number == 1 else ''}; {best}")
             room = (self.budget - len(design.points) - bool(self.more)) // max(WAVES - number, 1)
             room = min(LATER * groups, room)
@@ -135,13 +135,13 @@ class Search:
             design, match, left = self._with_anchor(design, match, left, number)
             if left is not before:
                 share = f"{100 * left.share:.2g} % of the ranges"
-                best = f"the best set is {left.least:.1f} off, {self.space.in_words(left.best)}"
+                best = f"the best set is {left.least:.1f} standard errors off, {self.space.in_words(left.best)}"
                 self.tell(f"with them {share} are plausible; {best}")
         waves[-1] = SearchWave(first, len(design.points) - first, left.share, left.least)
         if left.least > LIMIT:
             found = conflicts(match, self._tried, self.seed)
             return SearchResult(design, tuple(waves), match, left, None, tuple(found))
-        self.tell("how well the targets determine the parameters: samples of what is likely, by no test")
+        self.tell("how well the targets determine the parameters: no test is made for it, but chains of samples")
         return SearchResult(design, tuple(waves), match, left, posterior(match, self._start(left), self.seed), ())
 
     def pilot(self) -> np.ndarray:

@@ -237,10 +237,13 @@ def calibrate(
             found = run(**asked.given, specimens=asked.specimens, store=folder / STORE, workers=workers, on=on)
             _write(found, asked, folder)
     except Stopped as stopped:
-        if (so_far := getattr(stopped, "result", None)) is not None and not _is_tried(folder, asked):
-            _write(so_far, asked, folder)
-            click.echo(f"\n{so_far}")
-            before = []
+        if (so_far := getattr(stopped, "result", None)) is not None:
+            if _is_tried(folder, asked):
+                click.echo(f"\n{folder} keeps the answer that it has, which was tried on fresh specimens")
+            else:
+                _write(so_far, asked, folder)
+                click.echo(f"\n{so_far}")
+                before = []
         end_stopped(stopped, contents(folder, of_before=before), "go on with the same command")
     except ExecutorError as error:
         raise click.ClickException(f"{error}; go on with the same command") from None

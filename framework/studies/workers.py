@@ -475,11 +475,8 @@ class Watcher:
 
 
 def _label(factors: Mapping[str, Any], most: int = LABEL) -> str:
-    """The factors of a case; the last of them where they are many, so that there is room for how far it is."""
+    """The factors of a case, names and the seed first: where they are many the last ones are left out."""
     shown = {k: quantity_of(k).with_unit(v) if isinstance(v, float) else v for k, v in factors.items()}
-    parts = [f"{name} = {level}" for name, level in shown.items()]
-    words, first = ", ".join(parts), 0
-    while len(words) > most and first < len(parts) - 1:
-        first += 1
-        words = f"... {', '.join(parts[first:])}"
+    first = sorted(shown, key=lambda name: (not isinstance(factors[name], str), name != "seed"))
+    words = ", ".join(f"{name} = {shown[name]}" for name in first)
     return words if len(words) <= most else f"{words[: most - 3]}..."
