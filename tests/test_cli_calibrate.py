@@ -157,10 +157,17 @@ def test_what_is_no_tie_is_refused(tie):
 
 @pytest.mark.parametrize("plausible", [True, False])
 def test_options_of_the_command_and_its_exit_code(plausible, tmp_path, monkeypatch):
-    seen, wrote = {}, []
-    found = SimpleNamespace(is_plausible=plausible, write=wrote.append, summary={"plausible": plausible})
+    seen, wrote, seeds = {}, [], []
+    found = SimpleNamespace(
+        is_plausible=plausible, write=wrote.append, summary={"plausible": plausible}, tried=(13, 14)
+    )
+
+    def write(found, chosen, file):
+        wrote.append(file.parent)
+        seeds.append(chosen.sections["sample"]["seed"])
+
     monkeypatch.setattr(calibrate, "run", lambda **given: seen.update(given) or found)
-    monkeypatch.setattr(calibrate, "_write_rock", lambda *given: wrote.append(given[-1].parent))
+    monkeypatch.setattr(calibrate, "_write_rock", write)
     options = ("--out", tmp_path / "out", "--budget", 12, "--seeds", 5, "--workers", 3, "--on", "tcp://host:1")
     done = invoke("calibrate", written(tmp_path), *options)
     assert done.exit_code == (not plausible)
@@ -168,6 +175,7 @@ def test_options_of_the_command_and_its_exit_code(plausible, tmp_path, monkeypat
     assert seen["more"] == 4  # of the file
     assert seen["store"] == tmp_path / "out" / "tests"
     assert wrote == [tmp_path / "out"] * (1 + plausible)
+    assert seeds == [13] * plausible  # the first of the fresh ones
     assert ("the targets are in conflict" in done.output) == (not plausible)
 
 
@@ -216,7 +224,7 @@ def test_what_is_stopped_on_its_fresh_specimens_has_an_answer(tmp_path, monkeypa
     """All that the search has found, before it is tried."""
     wrote, stopped = [], Stopped("stopped on the fresh specimens", signal.SIGINT)
     stopped.result = SimpleNamespace(
-        is_plausible=True, write=lambda folder: (folder / "report.html").write_text("so far")
+        is_plausible=True, tried=(), write=lambda folder: (folder / "report.html").write_text("so far")
     )
 
     def stop(**given):
@@ -274,7 +282,11 @@ def test_the_rock_that_was_found_is_a_file_that_runs(tmp_path):
     law = attrs.evolve(asked.given["law"], tensile_strength=7 * MPa, cohesion=21 * MPa)
     stiff = gl.Elastic(youngs_modulus=50 * GPa, poissons_ratio=0.2, density=2700)
     answer = SimpleNamespace(
-        law=law, rock=lambda rock: attrs.evolve(rock, material=stiff), write=lambda folder: None, is_plausible=True
+        law=law,
+        rock=lambda rock: attrs.evolve(rock, material=stiff),
+        write=lambda folder: None,
+        is_plausible=True,
+        tried=(),
     )
     _write(answer, asked, tmp_path)
     made = configured("uniaxial-tension", read_file(tmp_path / "calibrated.toml"))
@@ -288,7 +300,7 @@ def test_the_disc_of_a_calibration_is_in_a_file_of_its_own(tmp_path):
     disc = '\n[disc]\ndiameter = "33 mm"\ngrain_size = "4 mm"\n'
     asked = calibration_of(written(tmp_path, f"{FILE}also = ['brazilian_strength']\n{disc}"))
     answer = SimpleNamespace(
-        law=asked.given["law"], rock=lambda rock: rock, write=lambda folder: None, is_plausible=True
+        law=asked.given["law"], rock=lambda rock: rock, write=lambda folder: None, is_plausible=True, tried=()
     )
     _write(answer, asked, tmp_path)
     made = configured("brazilian", read_file(tmp_path / "calibrated-disc.toml"))

@@ -52,7 +52,7 @@ def _answer(found: Calibration) -> dict[str, Any]:
         "verdicts": found.verdicts,
         "checks": headed(found.check_lines) if found.checks else None,
         "fresh": [
-            [shown.heading, ", ".join(map(shown.text, sorted(each.values)))]
+            [shown.heading, ", ".join(map(shown.text, each.values))]
             for each in found.checks
             if each.values and (shown := AIMS[each.name].shown)
         ],

@@ -324,7 +324,8 @@ class Calibration(metaclass=Checked):
     @property
     def check_lines(self) -> list[list[str]]:
         """Targets, predictions and what fresh seeds gave, with a heading."""
-        heads = ["on fresh seeds", "target", "predicted", "95 %", "measured", "95 %", "scatter", "n", "off", ""]
+        where = f"on fresh seeds {self.tried_in_words}" if self.tried else "on fresh seeds"
+        heads = [where, "target", "predicted", "95 %", "measured", "95 %", "scatter", "n", "off", ""]
         rows = [heads]
         for each in self.checks:
             text = AIMS[each.name].shown.text

@@ -282,8 +282,9 @@ def _is_tried(folder: Path, asked: CalibrationFile) -> bool:
 def _write(found: Calibration, asked: CalibrationFile, folder: Path) -> None:
     found.write(folder)
     if found.is_plausible:
+        seed = next(iter(found.tried), 1)  # the first of the fresh ones, whose strengths the report has
         for shape, specimens in asked.specimens.items():
-            _write_rock(found, specimens.configuration(1), folder / CALIBRATED[shape])
+            _write_rock(found, specimens.configuration(seed), folder / CALIBRATED[shape])
 
 
 def _write_rock(found: Calibration, chosen: Configuration, file: Path) -> None:
