@@ -213,7 +213,7 @@ def test_pictures_are_drawn_by_name(given):
     assert given.plot("envelope").axes[0].get_ylabel() == "strength (MPa)"
     lost = attrs.evolve(given, found=attrs.evolve(given.found, posterior=None))
     assert lost.plot("corner") is None
-    with pytest.raises(gl.ParameterError, match=r"Calibration.plot: name = 'fits' is not allowed.*left-out"):
+    with pytest.raises(gl.ParameterError, match=r"Calibration.plot: name = 'fits' is not allowed.*left_out"):
         given.plot("fits")
 
 
@@ -311,7 +311,7 @@ def test_the_page_has_all_pictures_and_the_numbers_are_whole(answered, tmp_path)
     page = (tmp_path / "out" / "report.html").read_text()
     assert page.count("<img") == 5  # fit, envelope, corner, bands, points left out
     pictures = sorted(file.name for file in (tmp_path / "out").glob("*.png"))
-    assert pictures == ["bands.png", "corner.png", "envelope.png", "fit.png", "left-out.png"]
+    assert pictures == ["bands.png", "corner.png", "envelope.png", "fit.png", "left_out.png"]
     assert "What further tests would tell" in page
     assert "Nothing was measured beside the targets" not in page
     content = json.loads((tmp_path / "out" / "calibration.json").read_text())
@@ -411,10 +411,10 @@ def test_what_limits_the_intervals_is_told(answered, monkeypatch):
     }  # fmt: skip
     monkeypatch.setattr(Calibration, "known_to", known)
     assert answered._limits == [
-        "The uncertainty of the target is most of what is left open of UCS (2.1 %): further tests of the rock would "
-        "tell more.",
-        "The scatter of the simulated specimens is most of what is left open of cohesion (3 %) and friction angle "
-        "(4.2 %): more seeds, or larger specimens.",
+        "The uncertainty of the target is the largest part of what is left open of UCS (2.1 %): further tests of the "
+        "rock would tell more.",
+        "The scatter of the simulated specimens is the largest part of what is left open of cohesion (3 %) and "
+        "friction angle (4.2 %): more seeds or larger specimens would tell more.",
     ]
     assert answered.known_lines[1] == ["UCS", "2.1 %", "1 %", "0.2 %", "1 %"]
     posterior = answered.found.posterior

@@ -20,7 +20,7 @@ NAMED = 0.3  #: parts of a direction that are named
 INDEX_POINTS = 1024  #: of each Sobol index; a power of two
 PRIOR_POINTS = 4096
 TOGETHER = 0.8  #: correlation of two parameters of which tests know the sum, or the difference, better than each
-OFTEN = 0.5  #: of the points have a quantity that is no target and of which something is said
+ENOUGH = 0.5  #: of the points have a quantity that is no target, if anything is said of it
 PREDICTED = 0.5  #: Q2 of an emulator: what it predicts worse says nothing of what rules a quantity
 
 
@@ -126,7 +126,7 @@ def identifiability(match: Match, found: Posterior, seed: int) -> Identifiabilit
     count = len(match.samples.means)
     names = tuple(
         name for name, each in match.emulators.items()
-        if each.q_squared >= PREDICTED and (name in match.targets or len(each.points) >= OFTEN * count)
+        if each.q_squared >= PREDICTED and (name in match.targets or len(each.points) >= ENOUGH * count)
     )  # fmt: skip
     first, total = sobol(match, names, seed)
     return Identifiability(

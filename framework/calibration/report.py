@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from grainlaw.calibration import figures
 from grainlaw.calibration.check import UNCHECKED
 from grainlaw.calibration.targets import AIMS
 from grainlaw.results.figures.pages import Cell, headed, write_page
@@ -18,12 +17,8 @@ if TYPE_CHECKING:
     from grainlaw.drawing.figure import Figure
 
 
-PICTURES = (figures.bands, figures.left_out, figures.corner, figures.envelope, figures.fit)  #: of a conflict two
-
-
-def write_report(found: Calibration, file: Path) -> list[Figure | None]:
-    """The page, and its pictures in the order of :data:`PICTURES`. Raises OSError."""
-    drawn = {draw.__name__: draw(found) for draw in PICTURES[: None if found.is_plausible else 2]}
+def write_report(found: Calibration, file: Path, drawn: Mapping[str, Figure | None]) -> None:
+    """The page, with pictures by their names. Raises OSError."""
     ranges = [[f.name, f"{written(f.low, f.unit)} to {written(f.high, f.unit)}"] for f in found.space.free]
     ranges += [[tie.name, f"{tie.times:g} times {tie.to}"] for tie in found.space.ties]
     waves = [
@@ -39,7 +34,6 @@ def write_report(found: Calibration, file: Path) -> list[Figure | None]:
         quality=headed(found.quality_lines), failures=found.failure_words if found.failures else "",
         versions=list(versions().items()),
     )  # fmt: skip
-    return [drawn.get(draw.__name__) for draw in PICTURES]
 
 
 def _answer(found: Calibration) -> dict[str, Any]:

@@ -38,9 +38,9 @@ if TYPE_CHECKING:
 
 HARDLY = 0.9  #: of the width that the first look leaves
 LIMITS = {  # of what is known of a target: the largest part, in words, and what would make it smaller
-    "laboratory": ("The uncertainty of the target is", "further tests of the rock would tell more"),
-    "specimens": ("The scatter of the simulated specimens is", "more seeds, or larger specimens"),
-    "emulator": ("The error of the emulator is", "a larger budget, or narrower ranges"),
+    "laboratory": ("The uncertainty of the target", "further tests of the rock would tell more"),
+    "specimens": ("The scatter of the simulated specimens", "more seeds or larger specimens would tell more"),
+    "emulator": ("The error of the emulator", "a larger budget or narrower ranges would tell more"),
 }
 ONSETS = ("crack_initiation", "crack_damage")  #: which some specimens do not have
 VERDICTS = {
@@ -51,7 +51,8 @@ OFTEN = 3  #: times as many fresh specimens as now, to tell whether a target is 
 DPI = 200  #: of a picture
 WEAK = 0.5  #: Q2 of an emulator of a target: worse is told
 REPORT, NUMBERS = "report.html", "calibration.json"
-PICTURES = ("bands.png", "left-out.png", "corner.png", "envelope.png", "fit.png")  #: of a conflict the first two
+WITHOUT_ANSWER = ("bands", "left_out")  #: pictures that there are of a conflict, too
+PICTURES = (*WITHOUT_ANSWER, "corner", "envelope", "fit")
 NOTHING = (
     f"Nothing in the ranges is plausible: every set of parameters is {LIMIT:g} standard errors or more off a target."
 )
@@ -187,7 +188,7 @@ class Calibration(metaclass=Checked):
             intervals = [each.interval, *([known.interval(k)] if known else [])]
             own, *before = [" to ".join(rounded(value, free.unit) for value in ends) for ends in intervals]
             best, half = rounded(self.best[each.name], free.unit), f"± {100 * each.half:.0f} %"
-            verdict = each.verdict if each.width >= WEAKLY else ""  # how well any other is known its interval tells
+            verdict = each.verdict if each.width >= WEAKLY else ""
             rows.append([each.name, best, own, half, *before, f"{100 * each.width:.0f} %", verdict])
         return rows
 
@@ -257,15 +258,16 @@ class Calibration(metaclass=Checked):
         return f"{count} tests more, those that were made are kept"
 
     def plot(self, name: str = "fit") -> Figure | None:
-        """A picture of the report: "fit", "envelope", "corner", "bands" or "left-out"; None where it has nothing."""
-        from grainlaw.calibration.report import PICTURES as DRAWN
+        """A picture of the report: "fit", "envelope", "corner", "bands" or "left_out"; None where it shows nothing.
 
-        files = [file.removesuffix(".png") for file in PICTURES]
-        if name not in files:
-            raise refusal("Calibration.plot: name", name, enumeration(files))
-        if not self.is_plausible and files.index(name) > 1:
-            return None
-        return DRAWN[files.index(name)](self)
+        Raises :class:`ParameterError` for another name.
+        """
+        from grainlaw.calibration import figures
+
+        if name not in PICTURES:
+            raise refusal("Calibration.plot: name", name, enumeration(PICTURES))
+        shows = self.is_plausible or name in WITHOUT_ANSWER
+        return getattr(figures, name)(self) if shows else None
 
     @property
     def tried_in_words(self) -> str:
@@ -289,7 +291,7 @@ class Calibration(metaclass=Checked):
         for part, (words, cure) in LIMITS.items():
             if held := [name for name, each in known.items() if each.largest == part]:
                 by = enumeration(f"{AIMS[n].shown.words} ({100 * getattr(known[n], part):.2g} %)" for n in held)
-                lines.append(f"{words} most of what is left open of {by}: {cure}.")
+                lines.append(f"{words} is the largest part of what is left open of {by}: {cure}.")
         return lines
 
     @property
@@ -399,12 +401,14 @@ class Calibration(metaclass=Checked):
 
         path = Path(writable_folder(folder))
         write_json(path / NUMBERS, self.summary)
-        drawn = write_report(self, path / REPORT)
-        for name, figure in zip(PICTURES, drawn, strict=True):
+        drawn = {name: self.plot(name) for name in PICTURES}
+        write_report(self, path / REPORT, drawn)
+        for name, figure in drawn.items():
+            file = path / f"{name}.png"
             if figure is None:
-                (path / name).unlink(missing_ok=True)  # of another answer
+                file.unlink(missing_ok=True)  # of another answer
             else:
-                write_atomically(path / name, functools.partial(figure.savefig, dpi=DPI))
+                write_atomically(file, functools.partial(figure.savefig, dpi=DPI))
 
 
 def _between(text: Any, ends: tuple[float, float]) -> str:

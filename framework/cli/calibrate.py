@@ -257,7 +257,7 @@ def _answer_before(folder: Path, asked: CalibrationFile) -> list[str]:
     with contextlib.suppress(ParameterError):
         if watched(folder).state == RUNNING:
             warn(f"another process calibrates in {folder}: the answer of the one that ends last will stay there")
-    written = (REPORT, NUMBERS, *CALIBRATED.values(), *PICTURES)
+    written = (REPORT, NUMBERS, *CALIBRATED.values(), *(f"{name}.png" for name in PICTURES))
     there = [name for name in written if (folder / name).exists()]
     old = read(folder / NUMBERS)
     if old is not None and not _answers(old, asked):
