@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -326,6 +327,20 @@ def test_a_run_that_is_replaced_has_no_files_for_a_moment(tmp_path, monkeypatch)
     assert (done.exit_code, len(looks)) == (0, 2)
     assert "test finished" in done.output
     assert "refresh" not in (folder / "watch.html").read_text()
+
+
+def test_into_a_pipe_it_tells_a_line_every_half_minute(tmp_path, monkeypatch):
+    folder, clock = run_folder(tmp_path / "a"), [0.0]
+
+    def sleep(_):
+        clock[0] += 20.0
+        if clock[0] == 80.0:
+            (folder / "run.json").write_text(json.dumps({"status": "finished"}))
+
+    monkeypatch.setattr("grainlaw.cli.watch.time", SimpleNamespace(sleep=sleep, monotonic=lambda: clock[0]))
+    done = invoke("watch", folder)
+    lines = [line for line in done.output.splitlines() if line.startswith("test ")]
+    assert [line.split(",")[0] for line in lines] == ["test running", "test running", "test finished"]  # 0 s, 40 s
 
 
 # --- whole commands --------------------------------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import shutil
 import time
 from pathlib import Path
@@ -18,6 +19,7 @@ from grainlaw.studies.watch_words import HEADS, PAGE, RENEWED, as_characters, he
 from grainlaw.studies.watched import Watched, watched
 
 EVERY = 1.0  #: s between looks
+SELDOM = 30.0  #: s between lines into a pipe or a file
 NARROWEST, WIDEST = 30, 100  #: characters along an axis
 FEWEST, MOST = 6, 16  #: lines of curves
 BESIDE = 34  #: characters beside curves: numbers, words of the axis
@@ -34,8 +36,9 @@ def watch(context: click.Context, *, folder: Path, once: bool, page: bool) -> No
     """Show what a run, a comparison, a study or a calibration that goes on in FOLDER has done so far.
 
     How far it is and the time left, state, readings and cracks of each run or case, and the curves as far as they are;
-    renewed every second until it ends, or until Ctrl-C. What writes to FOLDER is not disturbed. With --json the state
-    is printed once. The exit code is 1 for what has died or was stopped, or has failed.
+    renewed every second until it ends, or until Ctrl-C; into a pipe a line every half minute. What writes to FOLDER is
+    not disturbed. With --json the state is printed once. The exit code is 1 for what has died or was stopped, or has
+    failed.
     """
     with refusing():
         seen = watched(folder)
@@ -57,7 +60,7 @@ def _watching(folder: Path, seen: Watched, page: _Page | None) -> Watched:
     from rich.text import Text
 
     console = Console()
-    colored = console.color_system is not None
+    colored, told = console.color_system is not None, -math.inf
     with contextlib.suppress(KeyboardInterrupt), Live(console=console, auto_refresh=False, transient=True) as live:
         while True:
             words = Text.from_ansi(_words(seen, console.width, console.height, colored=colored))
@@ -66,6 +69,9 @@ def _watching(folder: Path, seen: Watched, page: _Page | None) -> Watched:
                 page.write(seen)
             if seen.is_over:
                 break
+            if not console.is_terminal and time.monotonic() - told >= SELDOM:
+                told = time.monotonic()
+                click.echo(head(seen))
             time.sleep(EVERY)
             try:
                 seen = watched(folder)
