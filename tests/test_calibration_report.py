@@ -288,7 +288,7 @@ def test_a_target_is_met_within_five_percent_or_in_the_interval(answered):
     assert by_luck.verdict == "undecided"
     wide = attrs.evolve(far, interval=(0.9 * row.target.value, 1.5 * row.target.value))
     assert (wide.is_met, wide.verdict, far.verdict, near.verdict) == (None, "undecided", "not met", "met")
-    told = attrs.evolve(answered, checks=(wide,)).verdicts[-1]
+    told = attrs.evolve(answered, checks=(wide,)).check_words[-1]
     more = 12.5 * wide.count  # tests of compression
     assert told == (  # three times as wide as what tells, and half as many more, for few know their scatter
         f"{wide.count} fresh specimens are too few to tell whether UCS is met: try fresh = {round(13.5 * wide.count)} "
@@ -430,11 +430,11 @@ def test_what_limits_the_intervals_is_told(answered, monkeypatch):
 @pytest.mark.thorough
 def test_fresh_specimens_without_a_value_are_told(answered):
     few = [attrs.evolve(row, count=2) if row.name == "crack_initiation" else row for row in answered.checks]
-    told = attrs.evolve(answered, checks=few).verdicts
+    told = attrs.evolve(answered, checks=few).check_words
     assert [line for line in told if "has a value" in line] == [
         "CI has a value in 2 of 10 fresh specimens before they fail."
     ]
-    assert not [line for line in answered.verdicts if "has a value" in line]
+    assert not [line for line in answered.check_words if "has a value" in line]
 
 
 @pytest.mark.thorough

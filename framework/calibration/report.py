@@ -44,6 +44,7 @@ def _answer(found: Calibration) -> dict[str, Any]:
         "parameters": headed(found.parameter_lines),
         "known": headed(found.known_lines),
         "verdicts": found.verdicts,
+        "check_words": found.check_words,
         "checks": headed(found.check_lines) if found.checks else None,
         "fresh": [
             [shown.heading, ", ".join(map(shown.text, each.values))]

@@ -116,7 +116,7 @@ class Calibration(metaclass=Checked):
         else:
             parts += [aligned(self.parameter_lines, rule=True), *self.verdicts]
             shown = [[*row[:2], *row[4:]] for row in self.check_lines]  # the report has the predictions
-            parts.append(aligned(shown, rule=True) if self.checks else UNCHECKED)
+            parts += [aligned(shown, rule=True), *self.check_words] if self.checks else [UNCHECKED]
         parts.append(aligned(self.quality_lines, rule=True))
         if self.failures:
             parts.append(self.failure_words)
@@ -194,7 +194,7 @@ class Calibration(metaclass=Checked):
 
     @property
     def verdicts(self) -> list[str]:
-        """What the tests do not determine, and which further one would."""
+        """Which parameters the tests determine, what they do not see, and what would tell more."""
         found = self.identifiability
         assert found is not None
         lines = []
@@ -212,8 +212,8 @@ class Calibration(metaclass=Checked):
         if found.further:
             best = found.further[0]
             lines.append(
-                f"Of the quantities measured but not used, {best.quantity} would tell most: {best.gain:.2f} bits, and "
-                f"{best.helped} to {100 * best.width:.0f} % of its present width."
+                f"Of the quantities measured but not used, {AIMS[best.quantity].shown.words} would tell most: "
+                f"{best.gain:.2f} bits, and {best.helped} to {100 * best.width:.0f} % of its present width."
             )
         match = self.found.match
         known = dict(zip(match.targets, np.sqrt(match.target_variance), strict=True))
@@ -226,7 +226,17 @@ class Calibration(metaclass=Checked):
             "specimens, would tell more of what rests on it."
             for name, _, share, *_ in weak
         ]
-        lines += [
+        assert self.found.posterior is not None
+        lines += self.space.two_regions(self.found.posterior.points)
+        point = np.array([self.best[name] for name in self.space.names])
+        if ends := self.space.at_ends(point, self.found.posterior.points):
+            lines.append(ends)
+        return lines
+
+    @property
+    def check_words(self) -> list[str]:
+        """What the fresh specimens leave open, and what to do about it."""
+        lines = [
             f"{AIMS[each.name].shown.words} has a value in {each.count} of {most} fresh specimens"
             + (" before they fail." if each.name in ONSETS else ".")
             for each in self.checks
@@ -245,11 +255,6 @@ class Calibration(metaclass=Checked):
             several = f"Of the fresh specimens {', '.join(far)}, as where grains lock."
             rule = "do so less, but not under confinement with friction angles above 50 degrees."
             lines.append(f"{several} Specimens of nine grains or more across {rule}")
-        assert self.found.posterior is not None
-        lines += self.space.two_regions(self.found.posterior.points)
-        point = np.array([self.best[name] for name in self.space.names])
-        if ends := self.space.at_ends(point, self.found.posterior.points):
-            lines.append(ends)
         return lines
 
     def _more_tests(self, specimens: int) -> str:
