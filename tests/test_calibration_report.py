@@ -347,8 +347,11 @@ def test_what_is_not_met_says_what_to_do(answered):
     assert (sure.is_met, sure.is_near) == (False, False)
     assert attrs.evolve(sure, measured=0.99 * value).is_near is None
     (near,) = attrs.evolve(answered, checks=(few,))._missed
-    assert near.startswith("Not met, though specimens and laboratory together know no better (95 %): UCS. fresh = ")
-    assert f"fresh = {3 * count} (of [calibration]; {2 * count} tests more, those that were made are kept)" in near
+    assert near.startswith("Not met, but within what target and fresh specimens are known to (95 %): UCS. fresh = ")
+    assert near.endswith(
+        f"With more = {count} (of [calibration]) the search learns from as many specimens again, which may."
+    )
+    assert f"fresh = {3 * count} ({2 * count} tests more, those that were made are kept) would tell" in near
     (far,) = attrs.evolve(answered, checks=(sure,))._missed
     assert far.startswith(f"Missed by more than both are known to: UCS. With more = {count} (of [calibration]) ")
     design = attrs.evolve(answered.found.design, anchors={3: {"ucs": np.arange(answered.seeds + 9.0)[None]}})

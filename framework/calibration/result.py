@@ -314,17 +314,18 @@ class Calibration(metaclass=Checked):
             [AIMS[each.name].shown.words for each in self.checks if each.is_near is which] for which in (True, False)
         )
         count, lines = max((each.count for each in self.checks), default=0), []
+        more = max((len(values) for each in self.found.design.more.values() for values in each.values()), default=0)
+        learns = f"With more = {more + count} (of [calibration]) the search learns from as many specimens again"
         if near:
             lines.append(
-                f"Not met, though specimens and laboratory together know no better (95 %): {enumeration(near)}. "
-                f"fresh = {OFTEN * count} (of [calibration]; {self._more_tests((OFTEN - 1) * count)}) would tell."
+                f"Not met, but within what target and fresh specimens are known to (95 %): {enumeration(near)}. "
+                f"fresh = {OFTEN * count} ({self._more_tests((OFTEN - 1) * count)}) would tell, and does not move the "
+                f"answer. {learns}, which may."
             )
         if far:
-            more = max((len(values) for each in self.found.design.more.values() for values in each.values()), default=0)
             lines.append(
-                f"Missed by more than both are known to: {enumeration(far)}. With more = {more + count} (of "
-                "[calibration]) the search learns from as many specimens again, and its answer is tried on others; "
-                "larger specimens scatter less."
+                f"Missed by more than both are known to: {enumeration(far)}. {learns}, and its answer is tried on "
+                "others; larger specimens scatter less."
             )
         return lines
 
