@@ -89,8 +89,7 @@ class Compared:
         """Standard deviation of one specimen, over the mean."""
         if len(self.values) < 2:
             return ""
-        deviation = float(np.std(self.values, ddof=1))
-        return f"{100 * deviation / abs(self.measured):.0f} %"
+        return f"{100 * spread(np.array(self.values))['deviation'] / abs(self.measured):.0f} %"
 
     @property
     def verdict_in_words(self) -> str:

@@ -13,7 +13,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
-from grainlaw.calibration.check import UNCHECKED, Compared
+from grainlaw.calibration.check import UNCHECKED, UNDECIDED, Compared
 from grainlaw.calibration.emulator import quality
 from grainlaw.calibration.first_look import FirstLook
 from grainlaw.calibration.identifiability import WEAKLY, Identifiability, width_of
@@ -242,7 +242,7 @@ class Calibration(metaclass=Checked):
             for each in self.checks
             if each.count < (most := max(other.count for other in self.checks))
         ]
-        if undecided := [AIMS[each.name].shown.words for each in self.checks if each.verdict == "undecided"]:
+        if undecided := [AIMS[each.name].shown.words for each in self.checks if each.verdict == UNDECIDED]:
             count, enough = max(each.count for each in self.checks), max(each.enough for each in self.checks)
             are = "is" if len(undecided) == 1 else "are"
             lines.append(

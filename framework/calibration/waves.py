@@ -123,8 +123,7 @@ class Search:
             if number == 1:
                 design, match, left = self._with_anchor(design, match, left, number)
             waves.append(SearchWave(first, len(design.points) - first, left.share, left.least))
-            best = f"the best set is {left.least:.1f} standard errors off, {self.space.in_words(left.best)}"
-            self.tell(f"{100 * left.share:.2g} % of the ranges are plausible{MEANING if number == 1 else ''}; {best}")
+            self.tell(self._left_in_words(left, MEANING if number == 1 else ""))
             room = (self.budget - len(design.points) - bool(self.more)) // max(WAVES - number, 1)
             room = min(LATER * groups, room)
             chosen = self._next(match, left, room, number) if number < WAVES and room > 0 else chosen[:0]
@@ -134,9 +133,7 @@ class Search:
             before = left
             design, match, left = self._with_anchor(design, match, left, number)
             if left is not before:
-                share = f"{100 * left.share:.2g} % of the ranges"
-                best = f"the best set is {left.least:.1f} standard errors off, {self.space.in_words(left.best)}"
-                self.tell(f"with them {share} are plausible; {best}")
+                self.tell(f"with them {self._left_in_words(left)}")
         waves[-1] = SearchWave(first, len(design.points) - first, left.share, left.least)
         if left.least > LIMIT:
             found = conflicts(match, self._tried, self.seed)
@@ -159,6 +156,10 @@ class Search:
 
     def _in_words(self, count: int) -> str:
         return f"{count} sets of parameters, each on {len(self.seeds)} specimens"
+
+    def _left_in_words(self, left: Plausible, meaning: str = "") -> str:
+        best = f"the best set is {left.least:.1f} standard errors off, {self.space.in_words(left.best)}"
+        return f"{100 * left.share:.2g} % of the ranges are plausible{meaning}; {best}"
 
     @property
     def _beginning(self) -> np.ndarray:
