@@ -24,6 +24,7 @@ MOST = 300  #: letters of a component
 MOST_OF_LAW = 600  #: letters of a law, which has many parameters
 MOST_OF_VALUE = 100  #: letters of one of its values
 LINES = 60  #: rows of a table
+DIGITS = 4  #: of a number that people write
 
 
 def in_one_line(component: Any) -> str:
@@ -71,9 +72,14 @@ def html_table(rows: Iterable[Sequence[str]], heads: Sequence[str] = (), caption
     return "<table>" + "".join(lines) + "</table>"
 
 
-def rounded(value: float, unit: str) -> str:
-    """Four digits with their unit."""
-    return written(float(f"{value:.4g}"), unit)
+def to_digits(value: float, digits: int = DIGITS) -> float:
+    """The nearest number of a few digits."""
+    return float(f"{value:.{digits}g}")
+
+
+def rounded(value: float, unit: str, digits: int = DIGITS) -> str:
+    """A few digits with their unit."""
+    return written(to_digits(value, digits), unit)
 
 
 def between(values: np.ndarray, unit: str) -> str:

@@ -89,9 +89,9 @@ def test_modulus_and_poissons_ratio_are_met_by_statics(modulus, poisson, what):
     if what == "contacts":
         assert found.grains == 1
     else:  # the stiffness of contacts stays in proportion to that of the grains
-        assert found.parameters["kn"] == pytest.approx(found.grains * STIFF["kn"])
+        assert found.parameters["kn"] == pytest.approx(found.grains * STIFF["kn"], rel=1e-3)  # four digits
     if poisson is None:
-        assert found.parameters["ks"] / found.parameters["kn"] == pytest.approx(0.9)
+        assert found.parameters["ks"] / found.parameters["kn"] == pytest.approx(0.9, rel=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -256,21 +256,25 @@ def test_a_check_predicts_what_fresh_seeds_may_give():
     assert ucs.outliers == ""
     locked = attrs.evolve(ucs, values=(100e6, 140e6, 149e6, 226e6, 225e6))
     assert locked.outliers == "2 of 5 have more than 1.5 times the median UCS, 149.00 MPa"
-    assert others[0].is_met is None
+    assert others[0].verdict == ""
     assert math.isnan(others[0].off)
     assert math.isnan(others[0].predicted)
 
 
 @pytest.mark.parametrize(
-    ("measured", "interval", "met"),
+    ("measured", "interval", "uncertainty", "verdict"),
     [
-        (104.9, (104.8, 105.0), True), (95.1, (95.0, 95.2), True), (106, (99, 113), True), (106, (101, 111), False),
-        (115, (74, 201), None), (104, (74, 201), None),
-        (94, (90, 98), False), (94, (math.nan, math.nan), False),
+        (104.9, (104.8, 105.0), 1, "met"), (95.1, (95.0, 95.2), 1, "met"), (104, (74, 201), 1, "undecided"),
+        (106, (99, 113), 0.5, "within errors"),  # 7 % and 1 % together
+        (106, (101, 111), 1, "not met"),  # 5.4 % together
+        (106, (101, 111), 2, "within errors"),  # 6.3 %
+        (115, (74, 201), 1, "undecided"), (125, (110, 140), 5, "not met"),
+        (94, (math.nan, math.nan), 5, "not met"), (96, (math.nan, math.nan), 1, "met"),
     ],
 )  # fmt: skip
-def test_a_target_is_met_within_five_percent_or_in_the_interval(measured, interval, met):
-    assert Compared("ucs", Target(100.0, 1.0), 0.0, (0.0, 0.0), measured, interval, 3).is_met is met
+def test_a_target_is_met_within_errors_or_not(measured, interval, uncertainty, verdict):
+    """Within 5 %; else within 95 % of the interval's half and 1.96 times the target's uncertainty, as they add up."""
+    assert Compared("ucs", Target(100.0, uncertainty), 0.0, (0.0, 0.0), measured, interval, 3).verdict == verdict
 
 
 # --- tests as cases of a study ---------------------------------------------------------------------------------------

@@ -159,10 +159,12 @@ def test_what_is_no_tie_is_refused(tie):
 def test_options_of_the_command_and_its_exit_code(plausible, tmp_path, monkeypatch):
     seen, wrote, seeds = {}, [], []
     found = SimpleNamespace(
-        is_plausible=plausible, write=wrote.append, summary={"plausible": plausible}, tried=(13, 14)
-    )
+        is_plausible=plausible, write=wrote.append, summary={"plausible": plausible}, tried=(13, 14),
+        first_tried=lambda shape: f"the {shape}",
+    )  # fmt: skip
 
-    def write(found, chosen, file):
+    def write(found, chosen, file, about):
+        assert about == "the prism"
         wrote.append(file.parent)
         seeds.append(chosen.sections["sample"]["seed"])
 
@@ -224,17 +226,18 @@ def test_what_is_stopped_on_its_fresh_specimens_has_an_answer(tmp_path, monkeypa
     """All that the search has found, before it is tried."""
     wrote, stopped = [], Stopped("stopped on the fresh specimens", signal.SIGINT)
     stopped.result = SimpleNamespace(
-        is_plausible=True, tried=(), write=lambda folder: (folder / "report.html").write_text("so far")
-    )
+        is_plausible=True, tried=(), first_tried=lambda shape: "",
+        write=lambda folder: (folder / "report.html").write_text("so far"),
+    )  # fmt: skip
 
     def stop(**given):
         raise stopped
 
     monkeypatch.setattr(calibrate, "run", stop)
-    monkeypatch.setattr(calibrate, "_write_rock", lambda *given: wrote.append(given[-1].parent))
+    monkeypatch.setattr(calibrate, "_write_rock", lambda *given, about: wrote.append((given[-1].parent, about)))
     done = invoke("calibrate", written(tmp_path))
     assert done.exit_code == 128 + signal.SIGINT
-    assert wrote == [tmp_path / "rock"]
+    assert wrote == [(tmp_path / "rock", "")]
     assert f"written to {tmp_path / 'rock'}/: report.html" in done.output
     given = calibration_of(written(tmp_path)).given
     targets = {name: attrs.asdict(target) for name, target in given["targets"].given.items()}
@@ -286,9 +289,11 @@ def test_the_rock_that_was_found_is_a_file_that_runs(tmp_path):
         rock=lambda rock: attrs.evolve(rock, material=stiff),
         write=lambda folder: None,
         is_plausible=True,
-        tried=(),
+        tried=(13, 14),
+        first_tried=lambda shape: "seed 13: UCS 85 MPa" if shape == "prism" else "",
     )
     _write(answer, asked, tmp_path)
+    assert "\n# seed 13: UCS 85 MPa\n" in (tmp_path / "calibrated.toml").read_text()
     made = configured("uniaxial-tension", read_file(tmp_path / "calibrated.toml"))
     assert made.law == law
     assert made.specimen.material == stiff
@@ -300,8 +305,9 @@ def test_the_disc_of_a_calibration_is_in_a_file_of_its_own(tmp_path):
     disc = '\n[disc]\ndiameter = "33 mm"\ngrain_size = "4 mm"\n'
     asked = calibration_of(written(tmp_path, f"{FILE}also = ['brazilian_strength']\n{disc}"))
     answer = SimpleNamespace(
-        law=asked.given["law"], rock=lambda rock: rock, write=lambda folder: None, is_plausible=True, tried=()
-    )
+        law=asked.given["law"], rock=lambda rock: rock, write=lambda folder: None, is_plausible=True, tried=(),
+        first_tried=lambda shape: "",
+    )  # fmt: skip
     _write(answer, asked, tmp_path)
     made = configured("brazilian", read_file(tmp_path / "calibrated-disc.toml"))
     assert np.ptp(made.specimen.grains.region.bounds, axis=0)[0] == pytest.approx(0.033, rel=2e-3)  # it has flat ends

@@ -18,10 +18,12 @@ from study_cases import tiny_study
 from support import BRITTLE, PULL, small_sample
 
 import grainlaw as gl
+from grainlaw.cli import watch
 from grainlaw.runs import progress_file
 from grainlaw.runs.progress_file import ProgressFile, lives, of_process, read, this_process
 from grainlaw.studies.watch_words import as_characters, head, reason, rows, write_watch_page
 from grainlaw.studies.watched import Part, Watched, watched
+from grainlaw.studies.workers import Whole
 
 CURVES = "strain,stress,tensile_cracks,shear_cracks\n0.0,0.0,0,0\n0.001,6e7,2,1\n"
 RECORD = {
@@ -244,6 +246,24 @@ def test_jobs_that_share_a_study_are_added_up(tmp_path):
     (folder / "progress" / "c.json").write_text('{"done": 7')  # half written
     seen = watched(folder)
     assert (seen.state, seen.done, seen.total, len(seen.parts)) == ("running", 5, 16, 8)
+
+
+def test_names_are_cut_to_the_width_of_the_terminal(tmp_path):
+    lines = [["", "state"], ["a" * 90, "running"], ["short", "waiting"]]
+    assert [len(line) for line in watch._table(lines, 60)] == [60, 60, 60]
+    assert watch._table(lines, 60)[1] == f"{'a' * 48}...  running"
+    assert watch._table(lines, 120)[1] == f"{'a' * 90}  running"
+    assert watch._table(lines, 20)[1] == f"{'a' * 27}...  running"  # more is not cut
+
+
+def test_a_calibration_tells_what_it_has_found(tmp_path):
+    (tmp_path / "tests").mkdir()
+    whole = Whole("calibration", 12, of_process(tmp_path / "tests", {}), None)
+    for words in ("pilot", "wave 1", "the best set", "fresh specimens"):
+        whole.say(words)
+    assert watched(tmp_path).said == ("wave 1", "the best set", "fresh specimens")
+    assert "wave 1\nthe best set\nfresh specimens" in invoke("watch", tmp_path, "--once", "--page").output
+    assert "<p>the best set</p>" in (tmp_path / "watch.html").read_text()
 
 
 def test_a_calibration_is_seen_as_a_whole(tmp_path):

@@ -30,9 +30,10 @@ from grainlaw.material import Elastic
 from grainlaw.messages import refusal
 from grainlaw.runs.progress import shown_in
 from grainlaw.runs.stopping import Stopped
+from grainlaw.short_form import to_digits
 from grainlaw.specimen import Specimen
+from grainlaw.studies.workers import Whole
 
-DIGITS = 4  #: of the best parameters
 FEWEST_SEEDS = 2
 ALIKE = 1.25  #: ratio of the sizes of grains of two shapes that are those of one rock
 BEGIN = 40  #: points for each free parameter that a first look offers a search to begin with
@@ -85,7 +86,7 @@ def calibrate(
         simulator.plan(names, seeds * budget + 2 * more + fresh)
         stack.enter_context(simulator.whole.file)
         simulator.whole.begin()
-        tell = functools.partial(print, file=sys.stderr, flush=True) if progress else lambda words: None
+        tell = functools.partial(_told, simulator.whole, progress)
         search = Search(space, targets.tested, names, simulator, first, budget, seed, others, tell)
         search, stiffness, look = _aimed(search, simulator, targets, ones, elastic)
         found = search.run()
@@ -110,7 +111,7 @@ def _answered(
     best = _rounded(space, found.posterior.best)
     seen = identifiability(found.match, found.posterior, seed)
     result = attrs.evolve(result, identifiability=seen, best=space.mapping(best))
-    tell(f"the best parameters on {len(seeds)} fresh specimens")
+    tell(f"the best parameters on {len(seeds)} fresh specimens: {space.in_words(best)}")
     simulator.weakest = 1.0  # they have the rock's own strength
     possible = [test for test in SHAPES if SHAPES[test] in shapes and (test != "confined" or targets.confined)]
     try:
@@ -121,6 +122,12 @@ def _answered(
     return attrs.evolve(
         result, checks=tuple(rows), tried=tuple(seeds), failures=tuple(simulator.failures), cpu=simulator.cpu
     )
+
+
+def _told(whole: Whole, aloud: bool, words: str) -> None:
+    whole.say(words)
+    if aloud:
+        print(words, file=sys.stderr, flush=True)
 
 
 def _check_budget(budget: int, targets: Targets, space: Space) -> None:
@@ -258,5 +265,5 @@ def _statics(space: Space, shapes: Mapping, seeds: int, elastic: str) -> Statics
 
 def _rounded(space: Space, best: np.ndarray) -> np.ndarray:
     """The best parameters as people write them, if the law takes these too."""
-    rounded = np.array([float(f"{value:.{DIGITS}g}") for value in best])
+    rounded = np.array([to_digits(value) for value in best])
     return rounded if space.allowed(rounded[None])[0] else best

@@ -15,7 +15,7 @@ from grainlaw.calibration.trials import Simulator
 from grainlaw.results.means import spread
 
 NEAR = 0.05  #: of a target
-UNDECIDED = "undecided"
+MET, WITHIN, NOT_MET, UNDECIDED = "met", "within errors", "not met", "undecided"
 UNCHECKED = "Not tried on fresh specimens: it was stopped before. The same call goes on."
 WIDE = 0.1  #: of a target: half of an interval by which nothing is shown
 SAFE = 1.5  #: times as many specimens as the scatter of few says
@@ -42,25 +42,19 @@ class Compared:
         return self.measured / self.target.value - 1 if self.target and self.target.value else math.nan
 
     @property
-    def is_met(self) -> bool | None:
-        """Whether the mean is within 5 % of the target, or the interval holds it.
+    def verdict(self) -> str:
+        """``met`` within 5 % of the target, else ``within errors`` or ``not met``; empty without a target.
 
-        None without a target, and where the interval holds it and is too wide to tell.
+        Within errors (95 %) of the mean and of the target; ``undecided`` where those of the mean are too wide to tell.
         """
         if self.target is None:
-            return None
-        low, high = self.interval
-        held, is_wide = low <= self.target.value <= high, high - low > 2 * WIDE * abs(self.target.value)
-        return None if held and is_wide else held or abs(self.off) <= NEAR
-
-    @property
-    def is_near(self) -> bool | None:
-        """Of a target that is not met: whether specimens and laboratory together know the two no better (95 %)."""
-        if self.target is None or self.is_met is not False:
-            return None
+            return ""
         low, high = self.interval
         known = math.hypot((high - low) / 2, NORMAL * self.target.uncertainty)
-        return abs(self.measured - self.target.value) <= known
+        is_near, is_within = abs(self.off) <= NEAR, abs(self.measured - self.target.value) <= known
+        if not (is_near or is_within):
+            return NOT_MET
+        return UNDECIDED if high - low > 2 * WIDE * abs(self.target.value) else MET if is_near else WITHIN
 
     @property
     def enough(self) -> int:
@@ -90,19 +84,6 @@ class Compared:
         if len(self.values) < 2:
             return ""
         return f"{100 * spread(np.array(self.values))['deviation'] / abs(self.measured):.0f} %"
-
-    @property
-    def verdict_in_words(self) -> str:
-        """The verdict, and by what."""
-        if self.target is None:
-            return "no target"
-        return f"{self.verdict} by its interval" if self.is_met and abs(self.off) > NEAR else self.verdict
-
-    @property
-    def verdict(self) -> str:
-        """``met``, ``not met`` or ``undecided``; empty without a target."""
-        words = {True: "met", False: "not met", None: UNDECIDED}
-        return words[self.is_met] if self.target else ""
 
 
 def check(

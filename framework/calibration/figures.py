@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
 from grainlaw.calibration.check import NORMAL
 from grainlaw.calibration.emulator import restored
 from grainlaw.calibration.targets import AIMS
 from grainlaw.drawing.figure import Figure
 from grainlaw.drawing.palette import BLACK, BLUE, VERMILLION
+from grainlaw.studies.envelope import fit_mohr_coulomb
 from grainlaw.unit_text import factor_into, written
 
 if TYPE_CHECKING:
@@ -22,7 +24,11 @@ if TYPE_CHECKING:
 
 ALONG = 60  #: points of a line
 BINS = 30
-COMMON = (0.05, 0.95)  #: quantiles of what was tested that are always seen
+COMMON = (0.05, 0.95)  #: quantiles of what was tested that are seen where nothing is plausible
+LIES = 0.001, 0.999  #: quantiles of the posterior that are seen
+BESIDE = 0.3  #: room beside them, over their distance
+NARROWEST = 0.01  #: room beside what has no width
+TICKS = 4
 WIDE = 4.0  #: times the least is the largest: else axes are linear
 AROUND = 0.1  #: of what has to be seen, above and below
 
@@ -32,7 +38,7 @@ def bands(found: Calibration) -> Figure:
     match, space = found.found.match, found.space
     best = _middle(found)
     design, scale = found.found.design, space.scales(best[None])[0]
-    rows, columns = len(match.names), len(space.free)
+    rows, columns, windows = len(match.names), len(space.free), _windows(found)
     figure = Figure(figsize=(2.5 * columns + 0.6, 2.1 * rows + 0.4), layout="constrained")
     places = figure.subplots(rows, columns, squeeze=False, sharey="row")
     for i, name in enumerate(match.names):
@@ -44,7 +50,7 @@ def bands(found: Calibration) -> Figure:
         for j, free in enumerate(space.free):
             axes = places[i, j]
             line = np.repeat(best[None], ALONG, axis=0)
-            line[:, j] = free.at(np.linspace(0, 1, ALONG))
+            line[:, j] = free.at(np.linspace(windows[j, 0], windows[j, 1], ALONG))
             line = line[space.allowed(line)]
             points = design.points[:, j] * scale**free.power if space.scale else design.points[:, j]
             if free is not space.scale:
@@ -55,27 +61,28 @@ def bands(found: Calibration) -> Figure:
                 low, middle, high = (restored(name, mean + d) * aim.shown.factor for d in (-half, 0, half))
                 axes.fill_between(free.share(line[:, j]), low, high, color=BLUE, alpha=0.25, linewidth=0)
                 axes.plot(free.share(line[:, j]), middle, color=BLUE)
-                reach += [middle.min(), middle.max()]
+                reach += [low.min(), high.max()]
             axes.axhspan(value - half_width, value + half_width, color=VERMILLION, alpha=0.2, lw=0)
             axes.axhline(value, color=VERMILLION, linewidth=1)
-            axes.set_xlim(0, 1)
+            axes.set_xlim(*windows[j])
             _ticks(axes.xaxis, free, i == rows - 1)
             if i == rows - 1:
                 axes.set_xlabel(_label(free))
             if j == 0:
                 axes.set_ylabel(aim.shown.heading)
             axes.grid(alpha=0.25)
-        reach += [*np.nanquantile(tested, COMMON)]
+        if found.found.posterior is None:
+            reach += [*np.nanquantile(tested, COMMON)]
         beyond = AROUND * (max(reach) - min(reach))
         places[i, 0].set_ylim(min(reach) - beyond, max(reach) + beyond)  # all of the row: points far off are not seen
     return figure
 
 
 def corner(found: Calibration) -> Figure:
-    """The posterior over the whole ranges."""
+    """The posterior, where it lies."""
     posterior, space = found.found.posterior, found.space
     assert posterior is not None
-    d = len(space.free)
+    d, windows = len(space.free), _windows(found)
     figure = Figure(figsize=(1.9 * d + 0.8, 1.9 * d + 0.6), layout="constrained")
     places = figure.subplots(d, d, squeeze=False)
     shares, best = space.places(posterior.points), space.places(posterior.best[None])[0]
@@ -86,15 +93,15 @@ def corner(found: Calibration) -> Figure:
                 axes.remove()
                 continue
             if i == j:
-                axes.hist(shares[:, j], bins=BINS, range=(0, 1), color=BLUE, alpha=0.7)
+                axes.hist(shares[:, j], bins=BINS, range=windows[j], color=BLUE, alpha=0.7)
                 axes.axvline(best[j], color=BLACK, linewidth=1)
                 axes.set_yticks([])
             else:
-                axes.hist2d(shares[:, j], shares[:, i], bins=BINS, range=((0, 1), (0, 1)), cmap="Blues")
+                axes.hist2d(shares[:, j], shares[:, i], bins=BINS, range=windows[[j, i]], cmap="Blues")
                 axes.plot(best[j], best[i], "+", color=VERMILLION, markersize=9, markeredgewidth=1.8)
-                axes.set_ylim(0, 1)
+                axes.set_ylim(*windows[i])
                 _ticks(axes.yaxis, space.free[i], j == 0)
-            axes.set_xlim(0, 1)
+            axes.set_xlim(*windows[j])
             _ticks(axes.xaxis, space.free[j], i == d - 1)
             if i == d - 1:
                 axes.set_xlabel(_label(space.free[j]))
@@ -169,17 +176,22 @@ def envelope(found: Calibration) -> Figure | None:
     """Strengths of the fresh seeds and the targets over confinement, with their lines; None without confined tests."""
     checks = {each.name: each for each in found.checks}
     under = {AIMS[name].confinement: each for name, each in checks.items() if AIMS[name].confinement or name == "ucs"}
-    lines = {}
+    lines: dict[str, tuple[float, float]] = {}
     if found.targets.pressures and {"cohesion", "friction_angle"} <= set(checks):
-        lines["fresh seeds"] = [checks[name].measured for name in ("cohesion", "friction_angle")]
+        lines["fresh seeds"] = checks["cohesion"].measured, checks["friction_angle"].measured
     if "ucs" not in checks or not (lines or len(under) > 1):
         return None
     if found.targets.cohesion and found.targets.friction_angle:
-        lines["targets"] = [found.targets.cohesion.value, found.targets.friction_angle.value]
+        lines["targets"] = found.targets.cohesion.value, found.targets.friction_angle.value
+    if not lines:  # those of triaxial tests are points
+        lines["fresh seeds"] = _line({pressure: each.measured for pressure, each in under.items()})
+        lines["targets"] = _line({pressure: each.target.value for pressure, each in under.items() if each.target})
     figure = Figure(figsize=(5, 3.8), layout="constrained")
     axes = figure.subplots()
     at = np.linspace(0, max([*found.targets.pressures, *under]), 2)
     for words, (cohesion, angle) in lines.items():
+        if not (math.isfinite(cohesion) and math.isfinite(angle)):
+            continue
         root = math.tan(math.pi / 4 + math.radians(angle) / 2)
         label = f"{words}: c = {cohesion / 1e6:.2f} MPa, phi = {angle:.2f} deg"
         color = VERMILLION if words == "targets" else BLUE
@@ -202,9 +214,28 @@ def envelope(found: Calibration) -> Figure | None:
     return figure
 
 
+def _line(strengths: Mapping[float, float]) -> tuple[float, float]:
+    """Cohesion and friction angle of the straight line through strengths by confinement; nan where there is none."""
+    known = {pressure: strength for pressure, strength in strengths.items() if math.isfinite(strength)}
+    if len(known) < 2:
+        return math.nan, math.nan
+    fitted = fit_mohr_coulomb([*known], [*known.values()])
+    return fitted.cohesion, fitted.friction_angle
+
+
 def _middle(found: Calibration) -> np.ndarray:
     posterior = found.found.posterior
     return found.found.plausible.best if posterior is None else posterior.best
+
+
+def _windows(found: Calibration) -> np.ndarray:
+    """(d, 2) shares of each range, between which the posterior lies; the whole ranges without one."""
+    posterior, space = found.found.posterior, found.space
+    if posterior is None:
+        return np.tile([0.0, 1.0], (len(space.free), 1))
+    low, high = np.quantile(space.places(posterior.points), LIES, axis=0)
+    room = np.maximum(BESIDE * (high - low), NARROWEST)
+    return np.clip(np.transpose([low - room, high + room]), 0, 1)
 
 
 def _unit(free: Free) -> str:
@@ -227,9 +258,7 @@ def _logarithmic(axes: Axes) -> None:
 
 def _ticks(axis: object, free: Free, shown: bool) -> None:
     factor = factor_into(_unit(free)) / factor_into(free.unit)
-    low, middle, high = free.at(np.array([0.0, 0.5, 1.0])) * factor
-    round_one = float(f"{middle:.1g}")  # or the middle itself, where that would lie near an end
-    at = np.array([low, round_one if low < round_one < high else middle, high])
-    shares = free.share(at / factor)
-    texts = [f"{value:.3g}" for value in at] if shown else [""] * 3
-    axis.set_ticks(shares, texts)  # type: ignore[attr-defined]
+    ends = free.at(np.array(axis.get_view_interval())) * factor  # type: ignore[attr-defined]
+    at = MaxNLocator(TICKS, steps=[1, 2, 5, 10]).tick_values(*ends)
+    at = at[(at >= ends[0]) & (at <= ends[1])]
+    axis.set_ticks(free.share(at / factor), [f"{value:g}" if shown else "" for value in at])  # type: ignore[attr-defined]

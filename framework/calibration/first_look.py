@@ -436,8 +436,7 @@ class FirstLook(metaclass=Checked):
             return f"first look, by no test: {self.in_words}"
         rows = [["first look, by no test", "best", "95 %"]]
         for k, free in enumerate(self.match.space.free):
-            low, high = (rounded(value, free.unit) for value in self.posterior.interval(k))
-            rows.append([free.name, rounded(self.best[free.name], free.unit), f"{low} to {high}"])
+            rows.append([free.name, rounded(self.best[free.name], free.unit), free.between(self.posterior.interval(k))])
         told = [["expected in the mean", "target", "of the best", "95 %"]]
         targets, moduli = {**self.elastic, **self.match.targets}, self.moduli
         elastic = {name: (moduli[name], *self.match.ends_of(name, moduli[name])) for name in self.elastic}

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from grainlaw.calibration.check import UNCHECKED
+from grainlaw.calibration.check import NOT_MET, UNCHECKED
 from grainlaw.calibration.targets import AIMS
 from grainlaw.results.figures.pages import Cell, headed, write_page
 from grainlaw.runs.record import versions
@@ -40,7 +40,7 @@ def _answer(found: Calibration) -> dict[str, Any]:
     seen = found.identifiability
     assert seen is not None
     return {
-        "missed": [AIMS[each.name].shown.words for each in found.checks if each.is_met is False],
+        "missed": found.judged(NOT_MET),
         "parameters": headed(found.parameter_lines),
         "known": headed(found.known_lines),
         "verdicts": found.verdicts,

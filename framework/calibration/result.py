@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import os
 from collections import Counter
 from collections.abc import Sequence
@@ -13,7 +14,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
-from grainlaw.calibration.check import UNCHECKED, UNDECIDED, Compared
+from grainlaw.calibration.check import MET, NOT_MET, UNCHECKED, UNDECIDED, WITHIN, Compared
 from grainlaw.calibration.emulator import quality
 from grainlaw.calibration.first_look import FirstLook
 from grainlaw.calibration.identifiability import WEAKLY, Identifiability, width_of
@@ -21,7 +22,7 @@ from grainlaw.calibration.matching import LIMIT, Known
 from grainlaw.calibration.space import Space
 from grainlaw.calibration.stiffness_search import Stiffness, with_grains
 from grainlaw.calibration.targets import AIMS, Targets, in_words
-from grainlaw.calibration.trials import Failure, tests_of
+from grainlaw.calibration.trials import SHAPES, Failure, tests_of
 from grainlaw.calibration.waves import SearchResult
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError
@@ -47,7 +48,6 @@ VERDICTS = {
     "determined": "These tests determine", "weakly determined": "They determine weakly",
     "not determined": "They do not determine",
 }  # fmt: skip
-OFTEN = 3  #: times as many fresh specimens as now, to tell whether a target is met that they nearly meet
 DPI = 200  #: of a picture
 WEAK = 0.5  #: Q2 of an emulator of a target: worse is told
 REPORT, NUMBERS = "report.html", "calibration.json"
@@ -115,7 +115,9 @@ class Calibration(metaclass=Checked):
             parts += [f"{NOTHING} In conflict: {self.conflict}."]
         else:
             parts += [aligned(self.parameter_lines, rule=True), *self.verdicts]
-            shown = [[*row[:2], *row[4:]] for row in self.check_lines]  # the report has the predictions
+            heads, *rows = ([*row[:2], *row[4:]] for row in self.check_lines)  # the report has the predictions
+            asked = [each.target is not None or each.name not in ONSETS for each in self.checks]
+            shown = [heads, *itertools.compress(rows, asked)]  # and what every compression tells
             parts += [aligned(shown, rule=True), *self.check_words] if self.checks else [UNCHECKED]
         parts.append(aligned(self.quality_lines, rule=True))
         if self.failures:
@@ -130,7 +132,9 @@ class Calibration(metaclass=Checked):
             return {**facts, "in conflict": self.conflict}
         said = [each.verdict for each in self.checks if each.target is not None]
         values = {free.name: rounded(self.best[free.name], free.unit) for free in self.space.free}
-        met = f"{said.count('met')} of {len(said)} targets" if said else "not tried"
+        met = f"{said.count(MET)} of {len(said)} targets" if said else "not tried"
+        if within := said.count(WITHIN):
+            met += f", {within} {WITHIN}"
         return {**facts, **values, "met on fresh seeds": met}
 
     @property
@@ -186,7 +190,7 @@ class Calibration(metaclass=Checked):
         assert self.identifiability is not None
         for k, (each, free) in enumerate(zip(self.identifiability.parameters, self.space.free, strict=True)):
             intervals = [each.interval, *([known.interval(k)] if known else [])]
-            own, *before = [" to ".join(rounded(value, free.unit) for value in ends) for ends in intervals]
+            own, *before = map(free.between, intervals)
             best, half = rounded(self.best[each.name], free.unit), f"± {100 * each.half:.0f} %"
             verdict = each.verdict if each.width >= WEAKLY else ""
             rows.append([each.name, best, own, half, *before, f"{100 * each.width:.0f} %", verdict])
@@ -240,17 +244,28 @@ class Calibration(metaclass=Checked):
             f"{AIMS[each.name].shown.words} has a value in {each.count} of {most} fresh specimens"
             + (" before they fail." if each.name in ONSETS else ".")
             for each in self.checks
-            if each.count < (most := max(other.count for other in self.checks))
+            if each.target is not None and each.count < (most := max(other.count for other in self.checks))
         ]
-        if undecided := [AIMS[each.name].shown.words for each in self.checks if each.verdict == UNDECIDED]:
-            count, enough = max(each.count for each in self.checks), max(each.enough for each in self.checks)
+        count, enough = (max((getattr(c, k) for c in self.checks), default=0) for k in ("count", "enough"))
+        if undecided := self.judged(UNDECIDED):
             are = "is" if len(undecided) == 1 else "are"
             lines.append(
                 f"{count} fresh specimens are too few to tell whether {enumeration(undecided)} {are} met: try "
                 f"fresh = {enough} (of [calibration]; {self._more_tests(enough - count)}), or specimens of more "
                 "grains, which scatter less."
             )
-        lines += self._missed
+        if within := self.judged(WITHIN):
+            lines.append(
+                f"{WITHIN.capitalize()}: {enumeration(within)}. Target and fresh specimens are known no better (95 %): "
+                "only a better known target or more fresh specimens could show a difference."
+            )
+        if missed := self.judged(NOT_MET):
+            more = max((len(values) for each in self.found.design.more.values() for values in each.values()), default=0)
+            lines.append(
+                f"{NOT_MET.capitalize()}, by more than target and fresh specimens are known to (95 %): "
+                f"{enumeration(missed)}. With more = {more + count} (of [calibration]) the search learns from as many "
+                "specimens again, and its answer is tried on others; larger specimens scatter less."
+            )
         if far := [each.outliers for each in self.checks if each.target is not None and each.outliers]:
             several = f"Of the fresh specimens {', '.join(far)}, as where grains lock."
             rule = "do so less, but not under confinement with friction angles above 50 degrees."
@@ -273,6 +288,20 @@ class Calibration(metaclass=Checked):
             raise refusal("Calibration.plot: name", name, enumeration(PICTURES))
         shows = self.is_plausible or name in WITHOUT_ANSWER
         return getattr(figures, name)(self) if shows else None
+
+    def first_tried(self, shape: str) -> str:
+        """Strengths of the first of the fresh specimens of a shape, beside the mean of all; empty without any."""
+        of = [
+            f"{look.words} {look.with_unit(each.values[0])} (mean {look.with_unit(each.measured)})"
+            for each in self.checks
+            if each.name not in ONSETS
+            and each.count == len(self.tried)
+            and (aim := AIMS[each.name]).power == 1
+            and aim.column
+            and SHAPES[aim.tests[-1]] == shape
+            and (look := aim.shown)
+        ]
+        return f"one of the fresh specimens {self.tried_in_words}, seed {self.tried[0]}: {', '.join(of)}" if of else ""
 
     @property
     def tried_in_words(self) -> str:
@@ -307,27 +336,9 @@ class Calibration(metaclass=Checked):
             rows.append([AIMS[name].shown.words, *(f"{100 * part:.2g} %" for part in attrs.astuple(each))])
         return rows
 
-    @property
-    def _missed(self) -> list[str]:
-        """What to do about targets that the fresh specimens do not meet."""
-        near, far = (
-            [AIMS[each.name].shown.words for each in self.checks if each.is_near is which] for which in (True, False)
-        )
-        count, lines = max((each.count for each in self.checks), default=0), []
-        more = max((len(values) for each in self.found.design.more.values() for values in each.values()), default=0)
-        learns = f"With more = {more + count} (of [calibration]) the search learns from as many specimens again"
-        if near:
-            lines.append(
-                f"Not met, but within what target and fresh specimens are known to (95 %): {enumeration(near)}. "
-                f"fresh = {OFTEN * count} ({self._more_tests((OFTEN - 1) * count)}) would tell, and does not move the "
-                f"answer. {learns}, which may."
-            )
-        if far:
-            lines.append(
-                f"Missed by more than both are known to: {enumeration(far)}. {learns}, and its answer is tried on "
-                "others; larger specimens scatter less."
-            )
-        return lines
+    def judged(self, verdict: str) -> list[str]:
+        """Which targets the fresh specimens have so, in words."""
+        return [AIMS[each.name].shown.words for each in self.checks if each.verdict == verdict]
 
     @property
     def check_lines(self) -> list[list[str]]:
@@ -341,7 +352,7 @@ class Calibration(metaclass=Checked):
             rows.append([
                 AIMS[each.name].shown.heading, text(each.target.value) if each.target else "",
                 text(each.predicted), _between(text, each.predicted_interval), text(each.measured),
-                _between(text, each.interval), each.scatter_in_words, str(each.count), off, each.verdict_in_words,
+                _between(text, each.interval), each.scatter_in_words, str(each.count), off, each.verdict or "no target",
             ])  # fmt: skip
         return rows
 
@@ -396,7 +407,7 @@ class Calibration(metaclass=Checked):
                 "sobol": {"quantities": list(found.quantities), "parameters": list(self.space.names),
                           "first": found.first_order.tolist(), "total": found.total_order.tolist()},
             }  # fmt: skip
-            own = ("off", "is_met", "verdict")
+            own = ("off", "verdict")
             content["known_to"] = {name: attrs.asdict(each) for name, each in self.known_to.items()}
             content["checks"] = [attrs.asdict(c) | {name: getattr(c, name) for name in own} for c in self.checks]
         return content

@@ -27,6 +27,7 @@ ALONG = 201  #: points of a range at which the density of samples is known
 APART = 0.05  #: of a range: what lies closer together is one region
 FEW, SIDE = 0.1, 0.05  #: density between two regions over that of the lower one; share of all in the smaller one
 DIGITS = 5  #: of parameters that are tried
+OF_ENDS = 3  #: digits of the ends of an interval
 MOST_REFUSED = 200  #: times as many points as are wanted
 
 
@@ -59,6 +60,10 @@ class Free:
             return np.log(value / self.low) / math.log(self.high / self.low)
         return (value - self.low) / (self.high - self.low)
 
+    def between(self, ends: Sequence[float]) -> str:
+        """An interval in words."""
+        return " to ".join(short_form.rounded(value, self.unit, OF_ENDS) for value in ends)
+
 
 @attrs.frozen
 class Tie:
@@ -77,7 +82,7 @@ def law_with(law: Any, base: Mapping[str, Any], ties: Sequence[Tie], values: Map
 
 def rounded(value: float) -> float:
     """A parameter that is tried: the last bits of its computation must not make another case."""
-    return float(f"{value:.{DIGITS}g}")
+    return short_form.to_digits(value, DIGITS)
 
 
 @attrs.frozen(eq=False)

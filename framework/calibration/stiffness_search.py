@@ -14,7 +14,7 @@ from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError
 from grainlaw.material import Elastic, Material, Rigid
 from grainlaw.runs.elastic_properties import elastic_properties
-from grainlaw.short_form import rounded
+from grainlaw.short_form import rounded, to_digits
 from grainlaw.specimen import Specimen
 
 STIFF = "Pa/m"
@@ -169,8 +169,9 @@ def fit_stiffness(
 
 
 def _found(search: StiffnessSearch, normal: float, ratio: float, grains: float, before: int) -> Stiffness:
-    modulus, poisson = search.constants(normal, ratio)
-    values = dict(zip(search.names, (normal, ratio * normal), strict=True))
+    normal, shear = map(to_digits, (normal, ratio * normal))
+    modulus, poisson = search.constants(normal, shear / normal)
+    values = dict(zip(search.names, (normal, shear), strict=True))
     return Stiffness(
         parameters=values, grains=grains, modulus=modulus, poisson=poisson, solutions=before + search.count
     )

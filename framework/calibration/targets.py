@@ -15,7 +15,7 @@ from grainlaw.columns import quantity_of
 from grainlaw.fields import STRENGTHS, ParameterError, UnitWarning, checked_number, unusual
 from grainlaw.messages import nearest, refusal, short
 from grainlaw.quantity import Quantity
-from grainlaw.short_form import rounded
+from grainlaw.short_form import rounded, to_digits
 from grainlaw.unit_text import without_prefixes
 
 COMPRESSION, CONFINED, TENSION = "compression", "confined", "tension"
@@ -226,11 +226,11 @@ class Targets(metaclass=Checked):
         if self.triaxial and self.cohesion is None and self.friction_angle is None:
             return ()
         if self.ucs is not None:
-            return (float(f"{CONFINED_AT * self.ucs.value:.3g}"),)
+            return (to_digits(CONFINED_AT * self.ucs.value, 3),)
         if self.cohesion is not None and self.friction_angle is not None:
             phi = math.radians(self.friction_angle.value)
             ucs = 2 * self.cohesion.value * math.cos(phi) / (1 - math.sin(phi))
-            return (float(f"{CONFINED_AT * ucs:.3g}"),)
+            return (to_digits(CONFINED_AT * ucs, 3),)
         return ()
 
 

@@ -24,6 +24,7 @@ from grainlaw.calibration.space import Space
 from grainlaw.calibration.targets import AIMS, CONFINED, Target
 from grainlaw.calibration.trials import Simulator, Values
 from grainlaw.fields import ParameterError
+from grainlaw.short_form import to_digits
 
 PER_GROUP = 10  #: points of the first wave for each free group
 LATER = 5  #: of each later one
@@ -138,7 +139,7 @@ class Search:
         if left.least > LIMIT:
             found = conflicts(match, self._tried, self.seed)
             return SearchResult(design, tuple(waves), match, left, None, tuple(found))
-        self.tell("how well the targets determine the parameters: no test is made for it, but chains of samples")
+        self.tell("how well the targets determine the parameters: chains of samples, some half a minute without tests")
         return SearchResult(design, tuple(waves), match, left, posterior(match, self._start(left), self.seed), ())
 
     def pilot(self) -> np.ndarray:
@@ -159,7 +160,7 @@ class Search:
 
     def _left_in_words(self, left: Plausible, meaning: str = "") -> str:
         best = f"the best set is {left.least:.1f} standard errors off, {self.space.in_words(left.best)}"
-        return f"{100 * left.share:.2g} % of the ranges are plausible{meaning}; {best}"
+        return f"by the emulators {100 * left.share:.2g} % of the ranges are plausible{meaning}; {best}"
 
     @property
     def _beginning(self) -> np.ndarray:
@@ -194,7 +195,7 @@ class Search:
         point = self.space.at_reference(best[None])
         if not self.space.allowed(point)[0]:
             return design, match, left
-        self.tell(f"the best of them on {len(self.more)} more specimens")
+        self.tell(f"one set more, the best by now, on {len(self.seeds) + len(self.more)} specimens")
         scales, values = self._tested(point, [*self.seeds, *self.more])
         of_all = {name: each[:, : len(self.seeds)] for name, each in values.items()}
         anchors = {**design.anchors, len(design.points): values}
@@ -272,7 +273,7 @@ class Search:
         logs = [np.log(wanted[name]) - _middle(transformed(name, values[name])) for name in names]
         found = np.exp(_middle(np.array(logs).T))
         ends = scale.low / self.space.reference, scale.high / self.space.reference
-        return np.array([float(f"{value:.4g}") for value in np.clip(np.nan_to_num(found, nan=1.0), *ends)])
+        return np.array([to_digits(value) for value in np.clip(np.nan_to_num(found, nan=1.0), *ends)])
 
     def _line(self) -> float | None:
         """UCS (Pa), about, from triaxial targets: it only decides which rock is tested under confinement."""

@@ -284,10 +284,11 @@ def _write(found: Calibration, asked: CalibrationFile, folder: Path) -> None:
     if found.is_plausible:
         seed = next(iter(found.tried), 1)  # the first of the fresh ones, whose strengths the report has
         for shape, specimens in asked.specimens.items():
-            _write_rock(found, specimens.configuration(seed), folder / CALIBRATED[shape])
+            chosen = specimens.configuration(seed)
+            _write_rock(found, chosen, folder / CALIBRATED[shape], about=found.first_tried(shape))
 
 
-def _write_rock(found: Calibration, chosen: Configuration, file: Path) -> None:
+def _write_rock(found: Calibration, chosen: Configuration, file: Path, about: str) -> None:
     sections = {name: section for name, section in chosen.sections.items() if name not in ("test", "rock", "rocks")}
     material = found.rock(chosen.specimen).material
     if isinstance(material, Mapping):
@@ -300,4 +301,4 @@ def _write_rock(found: Calibration, chosen: Configuration, file: Path) -> None:
     sections["law"] = settings(found.law, ContactLaw) | {"type": law_there}
     if not chosen.numerics.refinement:
         del sections["numerics"]  # which a rock by file has not
-    write_config(file, "NAME", sections)
+    write_config(file, "NAME", sections, about)

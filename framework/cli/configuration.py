@@ -78,9 +78,10 @@ class Configuration:
         begun(Model(self.specimen, self.law), self.protocol, **options)
 
 
-def write_config(file: Path, name: str, sections: Sections) -> None:
+def write_config(file: Path, name: str, sections: Sections, about: str = "") -> None:
     """Write sections as the configuration of the test of a name, with the versions they are of. Raises OSError."""
-    heading = "".join(f"# {package} {number}\n" for package, number in versions().items())
+    heading = f"# {about}\n" if about else ""
+    heading += "".join(f"# {package} {number}\n" for package, number in versions().items())
     write_text(file, f"# grainlaw test {name} --config {file.name}\n{heading}\n{toml(sections)}")
 
 

@@ -104,10 +104,18 @@ def _size() -> tuple[int, int]:
     return size.columns, size.lines
 
 
+def _table(lines: list[list[str]], width: int) -> list[str]:
+    """Lines of a table that fits: what is cut are the names of cases."""
+    room = width - max(map(len, aligned([["", *rest] for _, *rest in lines]).splitlines()))
+    room = max(room, NARROWEST)
+    cut = [[name if len(name) <= room else f"{name[: room - 3]}...", *rest] for name, *rest in lines]
+    return aligned(cut).splitlines()
+
+
 def _words(seen: Watched, width: int, height: int, *, colored: bool = False) -> str:
     """All that is seen, as lines of a terminal."""
-    table = aligned([HEADS, *rows(seen)]).splitlines() if seen.parts else []
+    table = _table([[*HEADS], *rows(seen)], width) if seen.parts else []
     lines = min(max(height - len(table) - AROUND, FEWEST), MOST)
     curves = as_characters(seen, max(min(width - BESIDE, WIDEST), NARROWEST), lines, colored=colored)
-    parts = [head(seen), reason(seen), "\n".join(line.rstrip() for line in table), curves]
+    parts = [head(seen), reason(seen), *seen.said, "\n".join(line.rstrip() for line in table), curves]
     return "\n".join(part for part in parts if part)

@@ -84,7 +84,7 @@ def write_watch_page(seen: Watched, file: Path, *, goes_on: bool) -> None:
     """Write the page, which a browser loads anew as long as it ``goes_on``. Raises OSError."""
     write_page(
         file, "studies/watch.html", title=f"{seen.kind.capitalize()} in {seen.folder}", head=head(seen),
-        share=seen.share, reason=reason(seen), curves=_figure(seen), rows=list(rows(seen)), heads=HEADS,
+        share=seen.share, reason=reason(seen), said=seen.said, curves=_figure(seen), rows=list(rows(seen)), heads=HEADS,
         renews=RENEWED if goes_on else 0, now=f"{datetime.now():%Y-%m-%d %H:%M:%S}",
     )  # fmt: skip
 

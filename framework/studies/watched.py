@@ -57,6 +57,7 @@ class Watched:
     parts: tuple[Part, ...] = ()
     reason: str = ""  #: why it ended, if it did not come to its end
     again: str = ""  #: how to go on with it
+    said: tuple[str, ...] = ()  #: by a calibration: what it has found, and what it does now
 
     @property
     def is_over(self) -> bool:
@@ -239,6 +240,7 @@ def _study(path: Path, store: Path) -> Watched:
     return Watched(
         str(path), "calibration" if wholes else kind, state, done / total if total else 0.0, left,
         done, total, tuple(parts), reason, _again(told) if state == STOPPED else "",
+        tuple(str(words) for each in wholes for words in each.get("said") or ()),
     )  # fmt: skip
 
 

@@ -316,6 +316,7 @@ def _killed(task: Task, reason: str) -> Done:
 LINES = 8  #: workers that are shown
 LABEL, NAMED = 36, 110  #: characters that name a case at a bar, and in a file
 OFTEN = 0.5  #: s between looks at the workers
+SAID = 3  #: of the last words that those who look are told
 STARTING = "starting"  #: what a worker is doing that has not told of a sample
 
 
@@ -328,6 +329,7 @@ class Whole:
         self.left = 0.0  #: s at most; 0 where that is not known
         self.done: set[str] = set()  #: keys of cases
         self.costs: dict[Any, list[float]] = {}  #: s of the cases that were carried out, by their kind
+        self.said: list[str] = []  #: what was found, and what is done now
 
     def further(self, waiting: int) -> int:
         """Cases that may come beside those that wait now."""
@@ -336,7 +338,8 @@ class Whole:
     @property
     def content(self) -> dict[str, Any]:
         """What the file says of it."""
-        return {"name": self.name, "done": len(self.done), "total": self.most, "left": self.left}
+        found = {"name": self.name, "done": len(self.done), "total": self.most, "left": self.left}
+        return {**found, "said": self.said[-SAID:]}
 
     @property
     def most(self) -> int:
@@ -346,6 +349,11 @@ class Whole:
     def begin(self) -> None:
         """Tell those who look that it has begun, before its first study."""
         self.file.tell(whole=self.content)
+
+    def say(self, words: str) -> None:
+        """Tell those who look what was found, or what is done now."""
+        self.said.append(words)
+        self.begin()
 
     def tell(self, left: float) -> None:
         """Tell its bar, with the time that all the cases that may come will take."""

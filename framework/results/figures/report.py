@@ -24,6 +24,7 @@ from grainlaw.results.means import ENOUGH, Samples, mean_and_interval, mean_and_
 from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
 from grainlaw.results.standard_measures import thresholds
+from grainlaw.short_form import rounded
 from grainlaw.time_series import TimeSeries
 from grainlaw.unit_text import written
 
@@ -164,20 +165,16 @@ def _specimen_rows(result: Result) -> list[list[str]]:
     grains, mesh = result.specimen.grains, result.mesh
     low, high = grains.region.bounds
     return [
-        ["width", written(_rounded(high[0] - low[0]), "m")],
-        ["height", written(_rounded(high[1] - low[1]), "m")],
+        ["width", rounded(high[0] - low[0], "m")],
+        ["height", rounded(high[1] - low[1], "m")],
         ["grains", str(grains.count)],
-        ["mean grain size", written(_rounded(np.sqrt(grains.areas.mean())), "m")],
+        ["mean grain size", rounded(np.sqrt(grains.areas.mean()), "m")],
         ["contact points", str(2 * len(mesh.interfaces))],
         ["kind of contact points", type(result.specimen.contact_points).__name__],
         ["zones", str(len(mesh.zones))],
         ["refinement", str(result.specimen.refinement)],
         *(["to cite", work] for work in result.specimen.cite),
     ]
-
-
-def _rounded(value: Any) -> float:
-    return float(f"{value:.4g}")
 
 
 def _rows(component: Any, before: str = "") -> list[list[str]]:
@@ -209,7 +206,7 @@ def _rows(component: Any, before: str = "") -> list[list[str]]:
 def _range(value: Any, unit: str) -> str:
     if not isinstance(value, np.ndarray):
         return written(value, unit)
-    return f"{written(_rounded(value.min()), unit)} to {written(_rounded(value.max()), unit)} in {len(value)} values"
+    return f"{rounded(value.min(), unit)} to {rounded(value.max(), unit)} in {len(value)} values"
 
 
 def _record(record: Mapping[str, Any]) -> Iterator[tuple[str, list[list[str]]]]:
