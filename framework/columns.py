@@ -15,7 +15,7 @@ import numpy as np
 
 from grainlaw.arguments import Checked
 from grainlaw.fields import ParameterError
-from grainlaw.messages import LIKE, nearest, refusal
+from grainlaw.messages import LIKE, enumeration, nearest, refusal
 from grainlaw.quantity import Quantity
 
 # --- recorded in every test ------------------------------------------------------------------------------------------
@@ -351,6 +351,6 @@ def require(where: str, curves: Mapping[str, np.ndarray], *names: str) -> None:
     if absent := missing(curves, names):
         own = [name for name in curves if not (is_of_every_test(name) or name == STAGE_TIME)]
         raise ParameterError(
-            f"{where} needs the column{'s' * (len(absent) > 1)} {' and '.join(absent)}, which the test does not "
+            f"{where} needs the column{'s' * (len(absent) > 1)} {enumeration(absent)}, which the test does not "
             f"record{nearest(absent[0], curves, LIKE)} (it records {', '.join(own) or 'nothing else'})"
         )

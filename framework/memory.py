@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from grainlaw.fields import ParameterError
-from grainlaw.messages import short
+from grainlaw.messages import enumeration, short
 
 BY_POSITION = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
 
@@ -69,7 +69,7 @@ def refuse_untold(component: Any, method: str, arguments: tuple[str, ...], told:
         if name not in told:
             raise ParameterError(
                 f"{type(component).__name__}.{method}: the argument {name} is not allowed, of the scalars of the step "
-                f"{method} gets {' and '.join(told)}; memory needs another name"
+                f"{method} gets {enumeration(told)}; memory needs another name"
             )
 
 

@@ -13,7 +13,7 @@ from grainlaw.conditions import AtRest, Curves
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, checked_field, parameter, part
 from grainlaw.loads import BoundaryLoad, Drive, Driven, FluidPressure, Hold, Pressure, Quiet
-from grainlaw.messages import refusal
+from grainlaw.messages import enumeration, refusal
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import require_boundaries
 from grainlaw.protocols.preliminary import after_stages, counted_after
@@ -131,7 +131,7 @@ def _check_held(specimen: Specimen, stage: Stage, pressed: Sequence[str]) -> Non
         push, whole = (abs(sum(map(np.sum, sides))), sum(np.sum(np.abs(side)) for side in sides))
         if push > ROUNDING * whole and not any(one.axis == axis for one in stage.of(Driven)):
             raise ParameterError(
-                f"Saturated: boundaries: the fluid on {' and '.join(pressed)} pushes the specimen along {name}, where "
+                f"Saturated: boundaries: the fluid on {enumeration(pressed)} pushes the specimen along {name}, where "
                 "the test holds nothing; name the boundary on the other side, too"
             )
 

@@ -95,7 +95,8 @@ def given():
     }
     match = SimpleNamespace(
         names=names, targets={"ucs": Target(190e6, 4e6), "friction_angle": Target(38.0, 1.0)}, emulators=emulators,
-        samples=SimpleNamespace(names=names, means=np.array([[18.0, 36.0], [18.5, 44.0]]), shift=np.array([0.1, -1.0])),
+        samples=SimpleNamespace(names=names, means=np.array([[18.0, 36.0], [18.5, 44.0]]), shift=np.array([0.07, -1.0]),
+                                of_mean=np.array([0.03, 0.0])),
         one=lambda line, name: (np.full(len(line), means[name]), np.full(len(line), spread[name] ** 2)),
     )  # fmt: skip
     design = waves.TestedPoints(TESTED, np.ones(2), {})
@@ -209,7 +210,7 @@ def test_the_fit_is_how_far_fresh_specimens_lie_from_the_targets(given):
     assert mean.get_xdata() == pytest.approx([100 * (180 / 190 - 1)])
     [bar] = axes.collections[0].get_segments()
     assert bar[:, 0] == pytest.approx([100 * (170 / 190 - 1), 100 * (195 / 190 - 1)])
-    assert [text.get_text() for text in axes.get_yticklabels()] == ["UCS 190.00 MPa"]
+    assert [text.get_text() for text in axes.get_yticklabels()] == ["UCS: 190.00 MPa"]
     assert figures.fit(attrs.evolve(given, checks=given.checks[1:])) is None
 
 
@@ -238,17 +239,19 @@ def test_the_envelope_has_strengths_under_confinement_beside_their_targets(given
     assert f"phi = {angle:.2f} deg" in axes.get_legend().get_texts()[0].get_text()
 
 
-def test_the_first_of_the_fresh_specimens_is_told_beside_their_mean(given):
-    """Of its own shape, and with what each of them has."""
-    ucs = Compared("ucs", Target(190e6, 4e6), 0, (0, 0), 180e6, (175e6, 185e6), 2, (171e6, 189e6))
-    disc = attrs.evolve(ucs, name="brazilian_strength", measured=9e6, values=(8e6, 10e6))
-    some = attrs.evolve(ucs, name="tensile_strength", count=1, values=(5e6,))
-    tried = attrs.evolve(given, checks=[ucs, disc, some], tried=(13, 14))
-    assert tried.first_tried("prism") == (
-        "one of the fresh specimens 13 to 14, seed 13: UCS 171.00 MPa (mean 180.00 MPa)"
-    )
-    assert tried.first_tried("disc").endswith(", seed 13: Brazilian strength 8.00 MPa (mean 9.00 MPa)")
-    assert tried.first_tried("half_disc") == attrs.evolve(given, checks=()).first_tried("prism") == ""
+def test_the_fresh_specimen_nearest_to_the_means_is_told(given):
+    """Of its own shape, by what each of them has, in deviations: 180 and 12 of means 182 and 10.75."""
+    ucs = Compared("ucs", Target(190e6, 4e6), 0, (0, 0), 182e6, (175e6, 189e6), 4, (171e6, 180e6, 182e6, 195e6))
+    tension = attrs.evolve(ucs, name="tensile_strength", measured=10.75e6, values=(10e6, 12e6, 15e6, 6e6))
+    disc = attrs.evolve(ucs, name="brazilian_strength", measured=9e6, values=(9e6, 10e6, 7e6, 10e6))
+    few = attrs.evolve(ucs, name="strength at 10 MPa", count=3, values=(1e6, 5e6, math.nan, 5e6))
+    tried = attrs.evolve(given, checks=[ucs, tension, disc, few], tried=(13, 14, 15, 16))
+    assert tried.typical("prism") == (
+        14, "seed 14, of the fresh specimens 13 to 16 nearest to their means: UCS 180.00 MPa (mean 182.00 MPa), "
+        "tensile strength 12.00 MPa (mean 10.75 MPa)",
+    )  # fmt: skip
+    assert tried.typical("disc")[0] == 13
+    assert tried.typical("half_disc") == attrs.evolve(given, checks=()).typical("prism") == (1, "")
 
 
 def test_the_tables_of_given_numbers(given):
@@ -280,7 +283,7 @@ def test_the_tables_tell_parameters_and_the_check(answered):
     low, high = (end / 1e6 for end in answered.identifiability.parameters[1].interval)
     half = f"± {100 * (high - low) / 2 / (answered.best['cohesion'] / 1e6):.0f} %"
     assert re.search(rf"cohesion +\S+ MPa +\S+ MPa to \S+ MPa +{half} +\d+ % *\n", text)
-    assert "\nas they were given: kn = 105 TPa/m, ks = 94.5 TPa/m\n" in text  # residual cohesion is tied
+    assert "\nkept as in the law: kn = 105 TPa/m, ks = 94.5 TPa/m\n" in text  # residual cohesion is tied
     assert "Tests without a value: 2 of tension (first: no peak)" in text
     assert re.search(r"\nBrazilian strength \(MPa\) .* no target\n", text)
     ucs = next(row for row in answered.checks if row.name == "ucs")
@@ -295,6 +298,10 @@ def test_the_tables_tell_parameters_and_the_check(answered):
     assert "CI (MPa)" in [row[0] for row in answered.check_lines]
     assert answered.law.residual_cohesion == 0.1 * answered.law.cohesion == 0.1 * answered.best["cohesion"]
     assert answered.law.kn == STIFF["kn"]
+    parameters, check = answered.to_latex().split("\n\n")
+    assert "\ntensile strength & " in parameters
+    assert "\nUCS (MPa) & " in check
+    assert "CI (MPa)" not in check
 
 
 @pytest.mark.thorough
@@ -399,7 +406,7 @@ def test_each_parameter_has_a_verdict_in_words(answered):
     seen = attrs.evolve(answered.identifiability, parameters=known)
     assert attrs.evolve(answered, identifiability=seen).verdicts[:3] == [
         "These tests determine tensile_strength (± 25 %).", "They determine weakly cohesion (± 60 %).",
-        "They do not determine friction_angle (± 70 %).",
+        "They do not determine friction_angle (± 7 deg).",
     ]  # fmt: skip
 
 
@@ -440,7 +447,7 @@ def test_what_limits_the_intervals_is_told(answered, monkeypatch):
     match = FirstMatch(answered.space, {}, (), {}, 1.0, ShippedEmulator({}, {}))
     look = FirstLook(match, Posterior(alike, alike[0], 1.0), 1.0)
     one, other, _ = answered.space.names
-    told = f"The tests hardly narrow what the first look knew of {one} and {other}."
+    told = f"Of {one} and {other} the first look knew about as much: the tests confirm it."
     assert attrs.evolve(answered, first_look=look)._limits[0] == told
 
 

@@ -108,3 +108,15 @@ def test_the_error_of_the_shift_is_told_apart():
     after = anchored(before, {4: rock.values(given[4:5], FOUR, range(1, 31), np.ones(1))})
     assert after.of_shift[0] == pytest.approx(0.1**2 / 3, rel=0.35)
     assert after.scatter[0, 0] - after.of_shift[0] == pytest.approx(0.1**2 / 30, rel=0.5)
+
+
+def test_the_mean_of_a_laboratory_is_above_that_of_logarithms():
+    """By half of the variance of one specimen, of a lognormal distribution exp(s^2 / 2); of an angle by nothing."""
+    draws = np.random.default_rng(2).standard_normal((1, 4000))
+    samples = samples_of({"brazilian_strength": 9e6 * np.exp(0.3 * draws), "friction_angle": 40 + 3 * draws})
+    assert samples.of_mean == pytest.approx([0.3**2 / 2, 0.0], rel=0.05)
+    mean = np.exp(samples.means[0, 0] + samples.of_mean[0])
+    assert mean == pytest.approx(np.mean(9e6 * np.exp(0.3 * draws)), rel=0.005)
+    few = samples_of({"ucs": 1e8 * np.exp(0.05 * draws.reshape(1000, 4))})
+    more = anchored(few, {0: {"ucs": 1e8 * np.exp(0.05 * draws[:, :40])}})
+    assert [few.of_mean[0], more.of_mean[0]] == pytest.approx([0.05**2 / 2] * 2, rel=0.4)

@@ -141,7 +141,7 @@ def test_what_is_known_before_counts_by_its_covariance_as_another_set_of_tests()
     for k, is_known in enumerate(before.known(points)):
         precision, weighted = np.linalg.inv(covariances[k]), np.linalg.solve(covariances[k], means[k])
         if is_known:
-            at, between = before.predicted(points[k : k + 1])[0][0], np.ix_(rows, rows)
+            at, between = before.predicted(points[k : k + 1])[0][0] + match.samples.of_mean[rows], np.ix_(rows, rows)
             deviations = np.abs(means[k][rows] - at) / np.sqrt(np.diag(covariances[k][between] + before.errors))
             weight = 1 - (deviations.max() / 3) ** 2
             assert 0.5 < weight < 0.9
@@ -164,7 +164,8 @@ def test_what_was_known_ceases_to_count_without_a_jump(limit):
     means, covariances = match.by_tests(point)
     rows = [match.names.index(name) for name in before.targets]
     deviation = np.sqrt(covariances[0, rows[1], rows[1]] + before.errors[1, 1])
-    before.off = means[0, rows] - before.predicted(point)[0][0] - [0.0, limit * deviation]
+    at = before.predicted(point)[0][0] + match.samples.of_mean[rows]
+    before.off = means[0, rows] - at - [0.0, limit * deviation]
     moved = attrs.evolve(match, before=before).expected(point)[0] - means
     assert np.abs(moved).max() < 0.01 * deviation
     assert moved.any() == (limit < 3)

@@ -250,7 +250,7 @@ def test_a_range_that_cuts_off_an_interval_is_told():
     places = np.column_stack([np.linspace(0.5, 1.0, 101), np.linspace(0.0, 1.0, 101)])  # the other is not determined
     points = rocks.points(places)
     words = (
-        "The range of tensile_strength, 10 MPa to 40 MPa, cuts off the interval, 20.35 MPa to 39.31 MPa: a wider one "
+        "The range of tensile_strength, 10 MPa to 40 MPa, cuts off the interval, 20.3 MPa to 39.3 MPa: a wider one "
         "may hold more."
     )
     assert rocks.at_ends(rocks.points(np.array([[0.8, 0.5]]))[0], points) == words

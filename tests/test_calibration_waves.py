@@ -252,9 +252,11 @@ def test_a_check_predicts_what_fresh_seeds_may_give():
     half = 2.776445 * math.sqrt(2.5e12 / 5)  # Student's t of four degrees of freedom
     assert (ucs.measured, ucs.count, *ucs.interval) == pytest.approx((100e6, 5, 100e6 - half, 100e6 + half))
     assert ucs.off == pytest.approx(-4 / 104)
-    assert ucs.values == (98e6, 99e6, 100e6, 101e6, 102e6)
+    assert ucs.values[:5] == (98e6, 99e6, 100e6, 101e6, 102e6)
+    assert math.isnan(ucs.values[5])  # which places a value by its seed
+    assert ucs.scatter_in_words == "2 %"
     assert ucs.outliers == ""
-    locked = attrs.evolve(ucs, values=(100e6, 140e6, 149e6, 226e6, 225e6))
+    locked = attrs.evolve(ucs, values=(100e6, 140e6, math.nan, 149e6, 226e6, 225e6))
     assert locked.outliers == "2 of 5 have more than 1.5 times the median UCS, 149.00 MPa"
     assert others[0].verdict == ""
     assert math.isnan(others[0].off)

@@ -160,7 +160,7 @@ def test_options_of_the_command_and_its_exit_code(plausible, tmp_path, monkeypat
     seen, wrote, seeds = {}, [], []
     found = SimpleNamespace(
         is_plausible=plausible, write=wrote.append, summary={"plausible": plausible}, tried=(13, 14),
-        first_tried=lambda shape: f"the {shape}",
+        typical=lambda shape: (14, f"the {shape}"),
     )  # fmt: skip
 
     def write(found, chosen, file, about):
@@ -177,7 +177,7 @@ def test_options_of_the_command_and_its_exit_code(plausible, tmp_path, monkeypat
     assert seen["more"] == 4  # of the file
     assert seen["store"] == tmp_path / "out" / "tests"
     assert wrote == [tmp_path / "out"] * (1 + plausible)
-    assert seeds == [13] * plausible  # the first of the fresh ones
+    assert seeds == [14] * plausible  # the nearest to the means
     assert ("the targets are in conflict" in done.output) == (not plausible)
 
 
@@ -226,7 +226,7 @@ def test_what_is_stopped_on_its_fresh_specimens_has_an_answer(tmp_path, monkeypa
     """All that the search has found, before it is tried."""
     wrote, stopped = [], Stopped("stopped on the fresh specimens", signal.SIGINT)
     stopped.result = SimpleNamespace(
-        is_plausible=True, tried=(), first_tried=lambda shape: "",
+        is_plausible=True, tried=(), typical=lambda shape: (1, ""),
         write=lambda folder: (folder / "report.html").write_text("so far"),
     )  # fmt: skip
 
@@ -290,7 +290,7 @@ def test_the_rock_that_was_found_is_a_file_that_runs(tmp_path):
         write=lambda folder: None,
         is_plausible=True,
         tried=(13, 14),
-        first_tried=lambda shape: "seed 13: UCS 85 MPa" if shape == "prism" else "",
+        typical=lambda shape: (13, "seed 13: UCS 85 MPa"),
     )
     _write(answer, asked, tmp_path)
     assert "\n# seed 13: UCS 85 MPa\n" in (tmp_path / "calibrated.toml").read_text()
@@ -306,7 +306,7 @@ def test_the_disc_of_a_calibration_is_in_a_file_of_its_own(tmp_path):
     asked = calibration_of(written(tmp_path, f"{FILE}also = ['brazilian_strength']\n{disc}"))
     answer = SimpleNamespace(
         law=asked.given["law"], rock=lambda rock: rock, write=lambda folder: None, is_plausible=True, tried=(),
-        first_tried=lambda shape: "",
+        typical=lambda shape: (1, ""),
     )  # fmt: skip
     _write(answer, asked, tmp_path)
     made = configured("brazilian", read_file(tmp_path / "calibrated-disc.toml"))

@@ -136,7 +136,7 @@ def test_panels_show_the_numbers_of_the_laboratory(broken):
     fragments = laboratory.fragments
     several, alone = (fragments.grains > 1).sum(), (fragments.grains == 1).sum()
     shown = drawn(laboratory, "fragments")
-    assert shown.get_title() == f"{several + alone} fragments, {several} of several grains (single grains white)"
+    assert shown.get_title() == f"{several + alone} fragments, {several} of several grains\n(single grains white)"
     place = 1e3 * (broken.mesh.nodes + broken.frames[-1].displacement)
     zones = np.array([path.vertices[:3] for path in shown.collections[0].get_paths()])
     assert zones == pytest.approx(place[broken.mesh.zones])

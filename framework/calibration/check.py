@@ -34,7 +34,7 @@ class Compared:
     measured: float  #: mean
     interval: tuple[float, float]  #: 95 % of the mean
     count: int
-    values: tuple[float, ...] = ()  #: of each specimen that has one
+    values: tuple[float, ...] = ()  #: of each specimen, nan where it has none
 
     @property
     def off(self) -> float:
@@ -70,20 +70,19 @@ class Compared:
     @property
     def outliers(self) -> str:
         """How many specimens have far more than most of them, in words; empty where none has."""
-        middle = float(np.median(self.values)) if self.values else math.nan
+        middle = float(np.nanmedian(self.values)) if self.count else math.nan
         far = sum(value > FAR * middle for value in self.values)
         if not far:
             return ""
         shown = AIMS[self.name].shown
         of_median = f"{FAR:g} times the median {shown.words}, {shown.with_unit(middle)}"
-        return f"{far} of {len(self.values)} have more than {of_median}"
+        return f"{far} of {self.count} have more than {of_median}"
 
     @property
     def scatter_in_words(self) -> str:
         """Standard deviation of one specimen, over the mean."""
-        if len(self.values) < 2:
-            return ""
-        return f"{100 * spread(np.array(self.values))['deviation'] / abs(self.measured):.0f} %"
+        deviation = spread(np.array(self.values))["deviation"]
+        return f"{100 * deviation / abs(self.measured):.0f} %" if math.isfinite(deviation) else ""
 
 
 def check(
@@ -111,5 +110,5 @@ def _row(
         predicted, ends = float(middle), (float(low), float(high))
     return Compared(
         name, given.get(name), predicted, ends, measured["mean"], measured["interval"], measured["count"],
-        tuple(map(float, values[np.isfinite(values)])),
+        tuple(map(float, values)),
     )  # fmt: skip

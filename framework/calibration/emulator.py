@@ -50,6 +50,15 @@ class Samples:
     scatter: np.ndarray  #: (q, q) covariance of the mean over the seeds of a point, as an estimate of that of all seeds
     of_shift: np.ndarray  #: (q,) part of its variances that is the error of the shift
 
+    @property
+    def of_mean(self) -> np.ndarray:
+        """(q,) to be added to a mean of logarithms to have the logarithm of a mean, which is what a laboratory gives.
+
+        Half of the variance of one specimen: of those of a lognormal distribution.
+        """
+        of_one = self.seeds * (np.diag(self.scatter) - self.of_shift)
+        return np.where([AIMS[name].is_log for name in self.names], of_one / 2, 0.0)
+
 
 def samples_of(values: Values) -> Samples:
     """From the values (n, seeds) of quantities, at a scale of one.

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
 from grainlaw.calibration.check import NORMAL
@@ -38,6 +40,7 @@ def bands(found: Calibration) -> Figure:
     match, space = found.found.match, found.space
     best = _middle(found)
     design, scale = found.found.design, space.scales(best[None])[0]
+    shift = match.samples.shift + match.samples.of_mean
     rows, columns, windows = len(match.names), len(space.free), _windows(found)
     figure = Figure(figsize=(2.5 * columns + 0.6, 2.1 * rows + 0.4), layout="constrained")
     places = figure.subplots(rows, columns, squeeze=False, sharey="row")
@@ -46,7 +49,7 @@ def bands(found: Calibration) -> Figure:
         k = match.samples.names.index(name)
         value, half_width = (part * aim.shown.factor for part in (target.value, NORMAL * target.uncertainty))
         reach = [value - half_width, value + half_width]  # of what has to be seen
-        tested = restored(name, match.samples.means[:, k] + match.samples.shift[k], scale) * aim.shown.factor
+        tested = restored(name, match.samples.means[:, k] + shift[k], scale) * aim.shown.factor
         for j, free in enumerate(space.free):
             axes = places[i, j]
             line = np.repeat(best[None], ALONG, axis=0)
@@ -75,6 +78,13 @@ def bands(found: Calibration) -> Figure:
             reach += [*np.nanquantile(tested, COMMON)]
         beyond = AROUND * (max(reach) - min(reach))
         places[i, 0].set_ylim(min(reach) - beyond, max(reach) + beyond)  # all of the row: points far off are not seen
+    looks = [
+        Line2D([], [], color="0.6", marker=".", linestyle="", label="tested"),
+        Line2D([], [], color=BLUE, label="emulator"),
+        Patch(color=BLUE, alpha=0.25, label="its 95 %"), Line2D([], [], color=VERMILLION, label="target"),
+        Patch(color=VERMILLION, alpha=0.2, label="its 95 %"),
+    ]  # fmt: skip
+    figure.legend(handles=looks, loc="outside upper center", ncols=len(looks), frameon=False, fontsize=9)
     return figure
 
 
@@ -131,7 +141,7 @@ def fit(found: Calibration) -> Figure | None:
         reach = [[mean - low], [high - mean]]
         label = hidden + "their mean, 95 %"
         axes.errorbar(mean, row, xerr=reach, fmt="D", color=BLUE, capsize=4, zorder=3, label=label)
-        names.append(f"{shown.words} {shown.with_unit(value)}")
+        names.append(f"{shown.words}: {shown.with_unit(value)}")
     axes.axvline(0, color=VERMILLION, linewidth=1)
     axes.set_yticks(range(len(names)), names)
     axes.set_xlabel("off the target (%)")
@@ -150,7 +160,7 @@ def left_out(found: Calibration) -> Figure:
     places = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes, emulator in zip(places, every, strict=False):
         aim, (value, predicted, deviation) = AIMS[emulator.name], emulator.left_out.T
-        shift = samples.shift[samples.names.index(emulator.name)]
+        shift = (samples.shift + samples.of_mean)[samples.names.index(emulator.name)]
         tested, low, middle, high = (
             restored(emulator.name, each + shift, scale) * aim.shown.factor
             for each in (value, predicted - 2 * deviation, predicted, predicted + 2 * deviation)

@@ -29,6 +29,7 @@ from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError
 from grainlaw.laws import MohrCoulomb
 from grainlaw.material import Elastic
+from grainlaw.messages import enumeration
 from grainlaw.quantity import aligned
 from grainlaw.short_form import rounded
 from grainlaw.specimen import Specimen
@@ -188,7 +189,7 @@ class FirstMatch:
                 found.append(
                     f"{words} is {math.exp(inputs[name]):.3g}, it knows {math.exp(low):.3g} to {math.exp(high):.3g}"
                 )
-        return f"The emulator answers as at the end of what it knows: {' and '.join(found)}." if found else ""
+        return f"The emulator answers as at the end of what it knows: {enumeration(found)}." if found else ""
 
     def _inputs(self, points: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
         free = dict(zip(self.space.names, points.T, strict=True))
@@ -456,7 +457,9 @@ class FirstLook(metaclass=Checked):
         assert self.stiffness is not None
         wanted = {name: target.value for name, target in self.elastic.items()}
         beside = in_words({name: self.stiffness.moduli[name] for name in wanted}) != in_words(wanted)
-        aimed = ": not the targets, because contacts crack before half of the peak, which shifts E and nu of a test"
+        aimed = (
+            ": beside the targets, because contacts crack before half of the peak and a test then has another E and nu"
+        )
         return self.stiffness.in_words + (aimed if beside else "")
 
 

@@ -13,6 +13,7 @@ from grainlaw.calibration.emulator import in_one_thread
 from grainlaw.calibration.matching import Match
 from grainlaw.calibration.posterior import Posterior
 from grainlaw.calibration.targets import AIMS, USUAL_UNCERTAINTY
+from grainlaw.messages import enumeration
 
 NOT_DETERMINED, WEAKLY = 0.75, 0.5  #: of the width of the prior
 UNSEEN = 0.5  #: standard deviation of the posterior along a direction, over that of the prior
@@ -32,12 +33,6 @@ class Determined:
     best: float
     interval: tuple[float, float]  #: 95 %
     width: float  #: of the interval, over that of the prior
-
-    @property
-    def half(self) -> float:
-        """Half of the interval, over the best."""
-        low, high = self.interval
-        return (high - low) / (2 * abs(self.best))
 
     @property
     def verdict(self) -> str:
@@ -62,7 +57,7 @@ class Direction:
             return largest
         same = [name for name, part in named.items() if part * self.parts[largest] > 0]
         other = [name for name in named if name not in same]
-        return f"{' and '.join(same)} up" + (f" with {' and '.join(other)} down" if other else " together")
+        return f"{enumeration(same)} up" + (f" with {enumeration(other)} down" if other else " together")
 
 
 @attrs.frozen

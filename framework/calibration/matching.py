@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Protocol
 
 import attrs
@@ -13,6 +13,7 @@ import scipy
 from grainlaw.calibration.emulator import Emulator, Samples, in_one_thread, restored
 from grainlaw.calibration.space import Space
 from grainlaw.calibration.targets import AIMS, Target, as_emulated
+from grainlaw.messages import enumeration
 
 LIMIT = 3.0  #: implausibility (Pukelsheim 1994: three deviations hold 95 % of any distribution with one peak)
 TRIED = 8192  #: points of the prior that are looked at
@@ -30,7 +31,7 @@ class Knowledge(Protocol):
         ...
 
     def predicted(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Means (n, k) and covariances (n, k, k) of the targets, as they are emulated."""
+        """Means (n, k) of what is emulated of the targets, and their covariances (n, k, k)."""
         ...
 
 
@@ -80,15 +81,18 @@ class Match:
 
     def scatter(self, names: Sequence[str]) -> np.ndarray:
         """(t, t) covariance by the seeds."""
-        rows = [self.samples.names.index(name) for name in names]
+        rows = self._rows(names)
         return np.asarray(self.samples.scatter[np.ix_(rows, rows)])
+
+    def _rows(self, names: Iterable[str]) -> list[int]:
+        return [self.samples.names.index(name) for name in names]
 
     def predicted(self, points: np.ndarray, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
         """Means and variances (n, q) of quantities, as they are emulated but for the rock's own scale."""
         where, scales = self.space.coordinates(points), np.log(self.space.scales(points))
         found = [self.emulators[name].predict(where) for name in names]
         powers = np.array([AIMS[name].power for name in names])
-        shift = np.array([self.samples.shift[self.samples.names.index(name)] for name in names])
+        shift = (self.samples.shift + self.samples.of_mean)[self._rows(names)]
         means = np.column_stack([mean for mean, _ in found]) + scales[:, None] * powers + shift
         return means, np.column_stack([variance for _, variance in found])
 
@@ -137,6 +141,7 @@ class Match:
         if not len(at):
             return at, np.empty((0, k)), np.empty((0, k, k)), np.empty((0, k))
         others, errors = self.before.predicted(points[at])
+        others = others + self.samples.of_mean[self._rows(self.before.targets)]
         variance = np.einsum("mkk->mk", covariances[at][:, self._known][:, :, self._known] + errors)
         return at, others, errors, np.abs(means[at][:, self._known] - others) / np.sqrt(variance)
 
@@ -261,7 +266,7 @@ class Conflict:
     values: dict[str, float]  #: what the targets would be there, as they are emulated
 
     def __str__(self) -> str:
-        return f"{' and '.join(self.targets)} (at best {self.implausibility:.1f} deviations off)"
+        return f"{enumeration(self.targets)} (at best {self.implausibility:.1f} deviations off)"
 
 
 @in_one_thread

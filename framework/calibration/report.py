@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -47,7 +48,7 @@ def _answer(found: Calibration) -> dict[str, Any]:
         "check_words": found.check_words,
         "checks": headed(found.check_lines) if found.checks else None,
         "fresh": [
-            [shown.heading, ", ".join(map(shown.text, each.values))]
+            [shown.heading, ", ".join("-" if math.isnan(value) else shown.text(value) for value in each.values)]
             for each in found.checks
             if each.values and (shown := AIMS[each.name].shown)
         ],

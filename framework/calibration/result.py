@@ -28,8 +28,8 @@ from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError
 from grainlaw.messages import enumeration, refusal
 from grainlaw.quantity import aligned
-from grainlaw.results.files import writable_folder, write_atomically
-from grainlaw.results.tables import write_json
+from grainlaw.results.files import writable_folder, write_atomically, write_text
+from grainlaw.results.tables import latex_lines, write_json
 from grainlaw.runs.record import versions
 from grainlaw.short_form import rounded
 from grainlaw.specimen import Specimen
@@ -50,7 +50,7 @@ VERDICTS = {
 }  # fmt: skip
 DPI = 200  #: of a picture
 WEAK = 0.5  #: Q2 of an emulator of a target: worse is told
-REPORT, NUMBERS = "report.html", "calibration.json"
+REPORT, NUMBERS, TABLES = "report.html", "calibration.json", "tables.tex"
 WITHOUT_ANSWER = ("bands", "left_out")  #: pictures that there are of a conflict, too
 PICTURES = (*WITHOUT_ANSWER, "corner", "envelope", "fit")
 NOTHING = (
@@ -115,10 +115,7 @@ class Calibration(metaclass=Checked):
             parts += [f"{NOTHING} In conflict: {self.conflict}."]
         else:
             parts += [aligned(self.parameter_lines, rule=True), *self.verdicts]
-            heads, *rows = ([*row[:2], *row[4:]] for row in self.check_lines)  # the report has the predictions
-            asked = [each.target is not None or each.name not in ONSETS for each in self.checks]
-            shown = [heads, *itertools.compress(rows, asked)]  # and what every compression tells
-            parts += [aligned(shown, rule=True), *self.check_words] if self.checks else [UNCHECKED]
+            parts += [aligned(self._printed, rule=True), *self.check_words] if self.checks else [UNCHECKED]
         parts.append(aligned(self.quality_lines, rule=True))
         if self.failures:
             parts.append(self.failure_words)
@@ -140,8 +137,10 @@ class Calibration(metaclass=Checked):
     @property
     def head(self) -> str:
         """What was looked for, how, and what statics gave."""
+        count = len(self.found.waves)
+        waves = "1 wave" if count == 1 else f"{count} waves"
         lines = [f"{self.space.kind.__name__}, {len(self.found.design.points)} points on seeds 1 to {self.seeds} in "
-                 f"{len(self.found.waves)} waves, {self.cpu / 3600:.2g} CPU hours"]  # fmt: skip
+                 f"{waves}, {self.cpu / 3600:.2g} CPU hours"]  # fmt: skip
         if self.stiffness is not None:
             lines.append(self.stiffness.in_words)
             if self.stiffness.tested:
@@ -151,7 +150,7 @@ class Calibration(metaclass=Checked):
             lines.append(f"first look, by no test: {self.first_look.in_words}")
             lines += self._apart
         if given := self._given:
-            lines.append(f"as they were given: {given}")
+            lines.append(f"kept as in the law: {given}")
         if scale is not None:
             lines.append(f"searched over {', '.join(self.space.groups)}; {scale.name} follows from similarity")
         return "\n".join(lines)
@@ -177,8 +176,8 @@ class Calibration(metaclass=Checked):
             return []
         by = enumeration(AIMS[name].shown.words for name, off in apart.items() if off.max() > LIMIT)
         return [
-            f"which does not count at {far.sum()} of the {len(far)} points that it knows: there tests lie more than "
-            f"{LIMIT:g} standard errors from it, in {by}"
+            f"the first look does not count at {far.sum()} of {len(far)} points that it knows, where tests lie more "
+            f"than {LIMIT:g} standard errors from it, in {by}"
         ]
 
     @property
@@ -191,7 +190,7 @@ class Calibration(metaclass=Checked):
         for k, (each, free) in enumerate(zip(self.identifiability.parameters, self.space.free, strict=True)):
             intervals = [each.interval, *([known.interval(k)] if known else [])]
             own, *before = map(free.between, intervals)
-            best, half = rounded(self.best[each.name], free.unit), f"± {100 * each.half:.0f} %"
+            best, half = rounded(self.best[each.name], free.unit), free.half(each.best, each.interval)
             verdict = each.verdict if each.width >= WEAKLY else ""
             rows.append([each.name, best, own, half, *before, f"{100 * each.width:.0f} %", verdict])
         return rows
@@ -202,9 +201,13 @@ class Calibration(metaclass=Checked):
         found = self.identifiability
         assert found is not None
         lines = []
+        halves = {
+            each.name: free.half(each.best, each.interval)
+            for each, free in zip(found.parameters, self.space.free, strict=True)
+        }
         for verdict, words in VERDICTS.items():
             if named := [each for each in found.parameters if each.verdict == verdict]:
-                shown = enumeration(f"{each.name} (± {100 * each.half:.0f} %)" for each in named)
+                shown = enumeration(f"{each.name} ({halves[each.name]})" for each in named)
                 lines.append(f"{words} {shown}.")
         for each in found.unseen:
             lines.append(f"They do not see: {each.words} ({100 * each.width:.0f} % of the prior's deviation is left).")
@@ -289,19 +292,36 @@ class Calibration(metaclass=Checked):
         shows = self.is_plausible or name in WITHOUT_ANSWER
         return getattr(figures, name)(self) if shows else None
 
-    def first_tried(self, shape: str) -> str:
-        """Strengths of the first of the fresh specimens of a shape, beside the mean of all; empty without any."""
+    def typical(self, shape: str) -> tuple[int, str]:
+        """Seed of the fresh specimen of a shape whose strengths lie nearest to their means, and these in words.
+
+        That of the search's first without fresh ones that have such strengths.
+        """
         of = [
-            f"{look.words} {look.with_unit(each.values[0])} (mean {look.with_unit(each.measured)})"
-            for each in self.checks
-            if each.name not in ONSETS
-            and each.count == len(self.tried)
-            and (aim := AIMS[each.name]).power == 1
-            and aim.column
-            and SHAPES[aim.tests[-1]] == shape
-            and (look := aim.shown)
-        ]
-        return f"one of the fresh specimens {self.tried_in_words}, seed {self.tried[0]}: {', '.join(of)}" if of else ""
+            each for each in self.checks
+            if each.name not in ONSETS and each.count == len(self.tried) > 1
+            and (aim := AIMS[each.name]).power == 1 and aim.column and SHAPES[aim.tests[-1]] == shape
+        ]  # fmt: skip
+        if not of:
+            return 1, ""
+        values = np.array([each.values for each in of])  # (q, n)
+        off = (values - values.mean(axis=1, keepdims=True)) / np.maximum(values.std(axis=1, keepdims=True), 1e-300)
+        nearest = int(np.argmin((off**2).sum(axis=0)))
+        shown = ", ".join(
+            f"{look.words} {look.with_unit(each.values[nearest])} (mean {look.with_unit(each.measured)})"
+            for each in of
+            for look in [AIMS[each.name].shown]
+        )
+        seed = self.tried[nearest]
+        return seed, f"seed {seed}, of the fresh specimens {self.tried_in_words} nearest to their means: {shown}"
+
+    def to_latex(self) -> str:
+        """The parameters, and their check on fresh specimens, as tables for a paper (LaTeX, package booktabs)."""
+        named = (
+            [[name.replace("_", " "), *rest] for name, *rest in self.parameter_lines] if self.identifiability else []
+        )
+        tables = [named] if named else []
+        return "\n\n".join(map(latex_lines, [*tables, *([self._printed] if self.checks else [])]))
 
     @property
     def tried_in_words(self) -> str:
@@ -321,7 +341,7 @@ class Calibration(metaclass=Checked):
         if before is not None and after is not None:
             narrowed = width_of(self.space.places(after.points)) / width_of(self.space.places(before.points))
             if alike := [name for name, share in zip(self.space.names, narrowed, strict=True) if share > HARDLY]:
-                lines.append(f"The tests hardly narrow what the first look knew of {enumeration(alike)}.")
+                lines.append(f"Of {enumeration(alike)} the first look knew about as much: the tests confirm it.")
         for part, (words, cure) in LIMITS.items():
             if held := [name for name, each in known.items() if each.largest == part]:
                 by = enumeration(f"{AIMS[n].shown.words} ({100 * getattr(known[n], part):.2g} %)" for n in held)
@@ -355,6 +375,13 @@ class Calibration(metaclass=Checked):
                 _between(text, each.interval), each.scatter_in_words, str(each.count), off, each.verdict or "no target",
             ])  # fmt: skip
         return rows
+
+    @property
+    def _printed(self) -> list[list[str]]:
+        """The same without the predictions, and without the onsets of cracking that every compression tells."""
+        heads, *rows = ([*row[:2], *row[4:]] for row in self.check_lines)
+        asked = [each.target is not None or each.name not in ONSETS for each in self.checks]
+        return [heads, *itertools.compress(rows, asked)]
 
     @property
     def quality_lines(self) -> list[list[str]]:
@@ -413,11 +440,12 @@ class Calibration(metaclass=Checked):
         return content
 
     def write(self, folder: str | os.PathLike[str]) -> None:
-        """Write ``report.html``, its pictures, and ``calibration.json``. Raises OSError."""
+        """Write ``report.html``, its pictures, ``tables.tex`` and ``calibration.json``. Raises OSError."""
         from grainlaw.calibration.report import write_report
 
         path = Path(writable_folder(folder))
         write_json(path / NUMBERS, self.summary)
+        write_text(path / TABLES, f"{self.to_latex()}\n")
         drawn = {name: self.plot(name) for name in PICTURES}
         write_report(self, path / REPORT, drawn)
         for name, figure in drawn.items():

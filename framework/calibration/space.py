@@ -16,7 +16,7 @@ from grainlaw import short_form
 from grainlaw.arguments import Checked, is_number
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import Bounds, ParameterError, UnitWarning, checked_number, unusual
-from grainlaw.messages import nearest, refusal, short
+from grainlaw.messages import enumeration, nearest, refusal, short
 
 #: Power of the strengths with which a parameter of a unit grows if the rock becomes stronger and stays as stiff:
 #: strains and displacements grow alike, times and lengths of the specimen do not.
@@ -59,6 +59,11 @@ class Free:
         if self.is_log:
             return np.log(value / self.low) / math.log(self.high / self.low)
         return (value - self.low) / (self.high - self.low)
+
+    def half(self, best: float, ends: Sequence[float]) -> str:
+        """Half of an interval, over the best where equal factors count alike, in words."""
+        half = (ends[1] - ends[0]) / 2
+        return f"± {100 * half / best:.0f} %" if self.is_log else f"± {short_form.rounded(half, self.unit, 2)}"
 
     def between(self, ends: Sequence[float]) -> str:
         """An interval in words."""
@@ -199,13 +204,10 @@ class Space(metaclass=Checked):
             ends = np.quantile(given, [0.025, 0.975])
             low, high = free.share(ends)
             if free.name not in at_end and min(low, 1 - high) < CUT and high - low < NARROW:
-                there, of = (
-                    " to ".join(short_form.rounded(end, free.unit) for end in each)
-                    for each in (ends, (free.low, free.high))
-                )
+                there, of = map(free.between, (ends, (free.low, free.high)))
                 cut.append(f"{free.name}, {of}, cuts off the interval, {there}")
         told = {
-            "The best is at an end of the range of {}: a wider one may meet more.": " and ".join(at_end),
+            "The best is at an end of the range of {}: a wider one may meet more.": at_end and enumeration(at_end),
             "The range of {}: a wider one may hold more.": " and of ".join(cut),
         }
         return " ".join(words.format(named) for words, named in told.items() if named)

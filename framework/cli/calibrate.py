@@ -13,7 +13,7 @@ import click
 
 from grainlaw.calibration.calibrate import calibrate as run
 from grainlaw.calibration.calibrate import first_look
-from grainlaw.calibration.result import NUMBERS, PICTURES, REPORT, Calibration
+from grainlaw.calibration.result import NUMBERS, PICTURES, REPORT, TABLES, Calibration
 from grainlaw.calibration.stiffness_search import CONTACTS
 from grainlaw.calibration.targets import AIMS, Targets, needed_tests
 from grainlaw.calibration.trials import DISC, HALF_DISC, PRISM, SHAPES, USUAL
@@ -257,7 +257,7 @@ def _answer_before(folder: Path, asked: CalibrationFile) -> list[str]:
     with contextlib.suppress(ParameterError):
         if watched(folder).state == RUNNING:
             warn(f"another process calibrates in {folder}: the answer of the one that ends last will stay there")
-    written = (REPORT, NUMBERS, *CALIBRATED.values(), *(f"{name}.png" for name in PICTURES))
+    written = (REPORT, NUMBERS, TABLES, *CALIBRATED.values(), *(f"{name}.png" for name in PICTURES))
     there = [name for name in written if (folder / name).exists()]
     old = read(folder / NUMBERS)
     if old is not None and not _answers(old, asked):
@@ -282,10 +282,9 @@ def _is_tried(folder: Path, asked: CalibrationFile) -> bool:
 def _write(found: Calibration, asked: CalibrationFile, folder: Path) -> None:
     found.write(folder)
     if found.is_plausible:
-        seed = next(iter(found.tried), 1)  # the first of the fresh ones, whose strengths the report has
         for shape, specimens in asked.specimens.items():
-            chosen = specimens.configuration(seed)
-            _write_rock(found, chosen, folder / CALIBRATED[shape], about=found.first_tried(shape))
+            seed, about = found.typical(shape)
+            _write_rock(found, specimens.configuration(seed), folder / CALIBRATED[shape], about=about)
 
 
 def _write_rock(found: Calibration, chosen: Configuration, file: Path, about: str) -> None:

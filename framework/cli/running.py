@@ -177,6 +177,8 @@ def writing_to(out: Path, restart: bool, overwrite: bool, about: Mapping[str, An
         except Stopped as stopped:
             again = f"go on with the same command and --restart --out {os.fspath(out)}"
             end_stopped(stopped, contents(claim.path), again)
+        except BrokenPipeError:
+            raise  # as in refusing
         except FAILURES as error:
             raise click.ClickException(f"{error}\n{contents(claim.path)}") from None
 

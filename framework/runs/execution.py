@@ -29,7 +29,7 @@ from grainlaw.engine.ledger import ROUNDING, energies, least_work, motion, unbal
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.fields import ParameterError
-from grainlaw.messages import refusal
+from grainlaw.messages import enumeration, refusal
 from grainlaw.observation import Observer
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.frames import Frame, FrameClock, FrameRecorder, take_frame
@@ -222,7 +222,7 @@ class Execution:
             if absent := [name for name in end.columns if name in seen and np.isnan(seen[name][-1])]:
                 raise StageError(
                     f"stage '{stage.name}' waits for {end}, and {type(self.protocol).__name__}.measure gave nan for "
-                    f"{' and '.join(absent)}"
+                    f"{enumeration(absent)}"
                 )
         progress = max(condition.progress(seen) for condition in stage.ends)
         if self.folder is not None:  # curves before pictures, which take more room

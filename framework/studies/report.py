@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from grainlaw.columns import STRAIN, STRESS, quantity_of
+from grainlaw.messages import enumeration
 from grainlaw.results.figures.pages import headed, write_page
 from grainlaw.results.means import ENOUGH
 from grainlaw.results.standard_measures import ratios, thresholds
@@ -64,7 +65,7 @@ def _pairs(table: Table, over: Sequence[str]) -> dict[str, Any] | None:
     drawn = main and len(paired[main[0]]) <= MOST_GROUPS
     return {
         "factor": quantity_of(factor).words,
-        "over": " and ".join(over),
+        "over": enumeration(over),
         "listings": [_listing(paired[name]) for name in main],
         "figure": table.plot_paired(main[0], factor, over) if drawn else None,
         "words": table.quantity(main[0]).words if main else "",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
@@ -14,7 +15,8 @@ from grainlaw.studies.watched import FAILED, FINISHED, RUNNING, UNKNOWN, Part, W
 
 MOST_CURVES = 6
 COLORS = ("cyan", "yellow", "magenta", "green", "red", "blue")  #: of curves on a terminal
-PAGE = "watch.html"
+PAGE, ANSWER = "watch.html", "report.html"
+NAMED = 80  #: characters of a name below a picture
 RENEWED = 3  #: s after which a browser loads the page anew
 
 
@@ -27,6 +29,8 @@ def head(seen: Watched) -> str:
         parts.append(f"{seen.done} of {most}{seen.total} {what}" if seen.total else f"{seen.done} {what} kept")
     if seen.state == RUNNING:
         parts.append(f"{100 * seen.share:.0f} %")
+    if seen.kind == "calibration" and seen.state == FINISHED:
+        parts.append(f"the answer is in {Path(seen.folder, ANSWER)}")
     if seen.left:
         parts.append(f"{most and 'at most '}about {in_words(seen.left)} left")
     return ", ".join(parts)
@@ -104,9 +108,9 @@ def _figure(seen: Watched) -> Any:
         return None
     figure, axes = given_or_new("watch", None, (7, 4))
     for k, part in enumerate(parts):
-        axes.plot(*_shown(part), color=color(k), linestyle=style(k), label=part.name)
+        axes.plot(*_shown(part), color=color(k), linestyle=style(k), label=textwrap.shorten(part.name, NAMED))
     across, up = (quantity_of(name).heading for name in parts[0].columns)
     axes.set(xlabel=across, ylabel=up)
     if len(parts) > 1:
-        axes.legend(frameon=False)
+        figure.legend(loc="outside lower center", frameon=False, fontsize="small")
     return figure

@@ -482,9 +482,17 @@ class Watcher:
         return max(work + further * mean, 0.0) / max(at_a_time, 1e-9)
 
 
+def _confines(name: str, value: Any) -> bool:
+    return name == "confinement" and bool(value)
+
+
 def _label(factors: Mapping[str, Any], most: int = LABEL) -> str:
-    """The factors of a case, names and the seed first: where they are many the last ones are left out."""
+    """The factors of a case, names, seed and confinement first: where they are many the last ones are left out."""
     shown = {k: quantity_of(k).with_unit(v) if isinstance(v, float) else v for k, v in factors.items()}
-    first = sorted(shown, key=lambda name: (not isinstance(factors[name], str), name != "seed"))
-    words = ", ".join(f"{name} = {shown[name]}" for name in first)
+    first = sorted(
+        shown, key=lambda name: (not isinstance(factors[name], str), name != "seed", not _confines(name, factors[name]))
+    )
+    words = ", ".join(
+        str(shown[name]) if isinstance(factors[name], str) else f"{name} = {shown[name]}" for name in first
+    )
     return words if len(words) <= most else f"{words[: most - 3]}..."

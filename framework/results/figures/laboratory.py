@@ -113,8 +113,9 @@ def draw_rose(axes: Axes, laboratory: Laboratory) -> None:
         reach = float((rose.tensile + rose.shear).max()) * 1e3
         name = f"failure plane {np.degrees(plane.angle):.0f}°, alignment {plane.strength:.2f}"
         axes.plot([plane.angle + np.pi, 0, plane.angle], [reach, 0, reach], "k--", linewidth=1.2, label=name)
-    axes.set_title("length of cracks by orientation (mm)", fontsize="medium")
-    axes.legend(frameon=False, fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.06))
+    axes.set_xlabel("length of cracks by orientation (mm)")  # a title would lie on the mark of 90 degrees
+    axes.set_rlabel_position(float(np.degrees(middle[np.argmin(rose.tensile + rose.shear)])))  # type: ignore[attr-defined]
+    axes.legend(frameon=False, fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.14))
 
 
 def _draw_specimen(axes: Axes, laboratory: Laboratory, colors: str | np.ndarray) -> None:
@@ -136,7 +137,7 @@ def draw_fragments(axes: Axes, laboratory: Laboratory) -> None:
     palette[0] = GRAIN
     _draw_specimen(axes, laboratory, palette[found.of_grain[laboratory.result.mesh.zone_grain]])
     several = int(np.count_nonzero(found.grains > 1))
-    axes.set_title(f"{len(found)} fragments, {several} of several grains (single grains white)", fontsize="medium")
+    axes.set_title(f"{len(found)} fragments, {several} of several grains\n(single grains white)", fontsize="medium")
 
 
 def draw_events(axes: Axes, laboratory: Laboratory) -> None:
@@ -155,7 +156,8 @@ def draw_events(axes: Axes, laboratory: Laboratory) -> None:
             planes = list(lines[chosen & np.isfinite(lines).all(axis=(1, 2, 3))].reshape(-1, 2, 2))
             axes.add_collection(LineCollection(planes, colors=color, linewidths=0.6))
         axes.set_title(
-            f"{len(events)} events, magnitude {np.nanmin(events.magnitude):.1f} to {np.nanmax(events.magnitude):.1f}"
+            f"{len(events)} events, magnitude {np.nanmin(events.magnitude):.1f} to {np.nanmax(events.magnitude):.1f}\n"
+            "(lines: both planes of a source)"
             if (events.energy > 0).any() else f"{len(events)} events without energy", fontsize="medium",
         )  # fmt: skip
 
