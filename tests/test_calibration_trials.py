@@ -291,6 +291,9 @@ def test_a_calibration_is_told_as_a_whole(tmp_path, monkeypatch):
     made.plan(["ucs", "tensile_strength", "cohesion", "strength at 9 MPa"], 10)
     assert made.whole.planned == 10 * (1 + 1 + 3)  # pressed, pulled, and under 2, 4 and 9 MPa
     made.whole.done = {"kept", "too"}
+    made.plan(["ucs"], 10)
+    assert made.whole.planned == 12  # what was done, and what is still to come
+    made.whole.planned = 50
     tasks = [Task(f"{k}", {"test": "tension", "seed": k}) for k in range(10)]
     by = SimpleNamespace(doing=lambda: {"0": {"share": 0.5, "where": "", "seconds": 4.0, "left": 4.0}, "1": {}})
     watcher = Watcher(tasks, by, None, made.whole.file, made.whole)

@@ -114,6 +114,7 @@ def _answered(
     tell(f"the best parameters on {len(seeds)} fresh specimens: {space.in_words(best)}")
     simulator.weakest = 1.0  # they have the rock's own strength
     possible = [test for test in SHAPES if SHAPES[test] in shapes and (test != "confined" or targets.confined)]
+    simulator.plan(measured_by(possible, targets), len(seeds))
     try:
         rows = check(found.match, targets, simulator, best, possible, seeds)
     except Stopped as stopped:

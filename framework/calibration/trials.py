@@ -165,8 +165,8 @@ class StudySimulator(Simulator):
         self.case = attrs.evolve(self.case, base={**self.case.base, **parameters}, grains=grains)
 
     def plan(self, quantities: Sequence[str], specimens: int) -> None:
-        """Say that on so many specimens these quantities are measured at most."""
-        self.whole.planned = specimens * tests_of(quantities, self.pressures)
+        """Say that from now on these quantities are measured on so many specimens at most."""
+        self.whole.planned = len(self.whole.done) + specimens * tests_of(quantities, self.pressures)
 
     def values(
         self, points: Sequence[Mapping[str, float]], quantities: Sequence[str], seeds: Sequence[int],
