@@ -314,7 +314,7 @@ def test_a_target_is_undecided_where_its_interval_is_too_wide(answered):
     far = attrs.evolve(row, measured=1.2 * row.target.value, interval=(1.1 * row.target.value, 1.3 * row.target.value))
     wide = attrs.evolve(far, interval=(0.9 * row.target.value, 1.5 * row.target.value))
     assert (wide.verdict, far.verdict, near.verdict) == ("undecided", "not met", "met")
-    told = attrs.evolve(answered, checks=(wide,)).check_words[-1]
+    told = attrs.evolve(answered, checks=(wide,)).check_words[0]
     more = 12.5 * wide.count  # tests of compression
     assert told == (  # three times as wide as what tells, and half as many more, for few know their scatter
         f"{wide.count} fresh specimens are too few to tell whether UCS is met: try fresh = {round(13.5 * wide.count)} "
@@ -322,6 +322,19 @@ def test_a_target_is_undecided_where_its_interval_is_too_wide(answered):
         "scatter less."
     )
     assert (near.enough, far.enough) == (near.count, far.count)
+
+
+@pytest.mark.thorough
+def test_a_mean_that_was_not_predicted_is_told(answered):
+    """UCS above its interval; one without a prediction is not told."""
+    row = next(row for row in answered.checks if row.name == "ucs")
+    low, high = row.predicted_interval
+    others = [attrs.evolve(row, measured=value) for value in (low * 1.01, high * 0.99)]
+    free = attrs.evolve(row, name="crack_damage", predicted_interval=(math.nan, math.nan))
+    told = attrs.evolve(answered, checks=(*others, free)).check_words
+    assert not [line for line in told if "Outside of what was predicted" in line]
+    told = attrs.evolve(answered, checks=(attrs.evolve(row, measured=1.01 * high), free)).check_words
+    assert [line for line in told if line.startswith("Outside of what was predicted of them (95 %): UCS. ")]
 
 
 @pytest.mark.thorough

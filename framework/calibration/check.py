@@ -57,6 +57,12 @@ class Compared:
         return UNDECIDED if high - low > 2 * WIDE * abs(self.target.value) else MET if is_near else WITHIN
 
     @property
+    def is_foreseen(self) -> bool:
+        """Whether the mean lies in what was predicted of it; also where nothing was."""
+        low, high = self.predicted_interval
+        return not (self.measured < low or self.measured > high)
+
+    @property
     def enough(self) -> int:
         """How many fresh specimens should tell whether a target is met where these do not; else as many as now.
 

@@ -257,6 +257,11 @@ class Calibration(metaclass=Checked):
                 f"fresh = {enough} (of [calibration]; {self._more_tests(enough - count)}), or specimens of more "
                 "grains, which scatter less."
             )
+        if other := [AIMS[each.name].shown.words for each in self.checks if not each.is_foreseen]:
+            lines.append(
+                f"Outside of what was predicted of them (95 %): {enumeration(other)}. The seeds of the search were "
+                "weaker or stronger than most, or the emulator errs: more seeds would tell, and move the answer."
+            )
         if within := self.judged(WITHIN):
             lines.append(
                 f"{WITHIN.capitalize()}: {enumeration(within)}. Target and fresh specimens are known no better (95 %): "
