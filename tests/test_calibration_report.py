@@ -35,6 +35,8 @@ ROCKS = {
 }  # fmt: skip
 TESTS = ("compression", "confined", "tension", "brazilian")
 
+SEEDS = {"prism": range(11, 21), "disc": range(11, 21)}  #: of fresh specimens
+
 
 @pytest.fixture(scope="module")
 def answered():
@@ -42,7 +44,7 @@ def answered():
     targets, rock = targets_at(HIDDEN, FOUR), FormulaRock()
     found = searched(targets, ["crack_damage", "crack_initiation", "brazilian_strength"], rock, **ROCKS)
     best = found.posterior.best
-    rows = check(found.match, targets, ElasticToo(), best, TESTS, range(11, 21))
+    rows = check(found.match, targets, ElasticToo(), best, TESTS, SEEDS)
     return Calibration(
         targets=targets, space=found.match.space, stiffness=None, found=found, seeds=3, store="", cpu=7200.0,
         failures=[Failure(3, 2, "tension", "no peak"), Failure(4, 1, "tension", "another")],
@@ -245,7 +247,7 @@ def test_the_fresh_specimen_nearest_to_the_means_is_told(given):
     tension = attrs.evolve(ucs, name="tensile_strength", measured=10.75e6, values=(10e6, 12e6, 15e6, 6e6))
     disc = attrs.evolve(ucs, name="brazilian_strength", measured=9e6, values=(9e6, 10e6, 7e6, 10e6))
     few = attrs.evolve(ucs, name="strength at 10 MPa", count=3, values=(1e6, 5e6, math.nan, 5e6))
-    tried = attrs.evolve(given, checks=[ucs, tension, disc, few], tried=(13, 14, 15, 16))
+    tried = attrs.evolve(given, checks=[ucs, tension, disc, few], tried=dict.fromkeys(("prism", "disc"), range(13, 17)))
     assert tried.typical("prism") == (
         14, "seed 14, of the fresh specimens 13 to 16 nearest to their means: UCS 180.00 MPa (mean 182.00 MPa), "
         "tensile strength 12.00 MPa (mean 10.75 MPa)",
@@ -261,7 +263,11 @@ def test_the_tables_of_given_numbers(given):
     ]  # fmt: skip
     assert cohesion[7:] == ["10", "", "no target"]
     assert given.check_lines[0][0] == "on fresh seeds"
-    assert attrs.evolve(given, tried=tuple(range(13, 23))).check_lines[0][0] == "on fresh seeds 13 to 22"
+    tried = {"prism": range(13, 23), "half_disc": range(13, 23)}
+    assert attrs.evolve(given, tried=tried).check_lines[0][0] == "on fresh seeds 13 to 22"
+    tried["half_disc"] = range(13, 53)
+    heading = attrs.evolve(given, tried=tried).check_lines[0][0]
+    assert heading == "on fresh seeds 13 to 22 (prism), 13 to 52 (half disc)"
     assert cohesion[5] == "" == cohesion[1]
     assert given.quality_lines[1] == ["UCS", "3", "0.975", "0.82", "100 %"]
     assert given.parameters == given.best | {"residual_cohesion": 0.1 * given.best["cohesion"]}
@@ -314,13 +320,18 @@ def test_a_target_is_undecided_where_its_interval_is_too_wide(answered):
     far = attrs.evolve(row, measured=1.2 * row.target.value, interval=(1.1 * row.target.value, 1.3 * row.target.value))
     wide = attrs.evolve(far, interval=(0.9 * row.target.value, 1.5 * row.target.value))
     assert (wide.verdict, far.verdict, near.verdict) == ("undecided", "not met", "met")
-    told = attrs.evolve(answered, checks=(wide,)).check_words[0]
+    tried = {"prism": range(13, 13 + wide.count)}
+    told = attrs.evolve(answered, checks=(wide,), tried=tried).check_words[0]
     more = 12.5 * wide.count  # tests of compression
     assert told == (  # three times as wide as what tells, and half as many more, for few know their scatter
-        f"{wide.count} fresh specimens are too few to tell whether UCS is met: try fresh = {round(13.5 * wide.count)} "
+        f"These fresh specimens are too few to tell whether UCS is met: try fresh = {round(13.5 * wide.count)} "
         f"(of [calibration]; {more:.0f} tests more, those that were made are kept), or specimens of more grains, which "
         "scatter less."
     )
+    disc = attrs.evolve(wide, name="brazilian_strength")
+    told = attrs.evolve(answered, checks=(near, disc), tried=tried | {"disc": tried["prism"]}).check_words[0]
+    both = f"fresh = {{prism = {wide.count}, disc = {round(13.5 * wide.count)}}} (of [calibration]; {more:.0f} tests"
+    assert both in told  # discs alone
     assert (near.enough, far.enough) == (near.count, far.count)
 
 
@@ -545,7 +556,7 @@ def test_one_target_and_one_parameter_have_a_report(tmp_path):
     answered = Calibration(
         targets=targets, space=found.match.space, stiffness=None, found=found, seeds=3, store="",
         identifiability=identifiability(found.match, found.posterior, 0), best=found.match.space.mapping(best),
-        checks=check(found.match, targets, ElasticToo(), best, ("tension",), range(11, 21)),
+        checks=check(found.match, targets, ElasticToo(), best, ("tension",), SEEDS),
     )  # fmt: skip
     assert answered.identifiability.first_order.tolist() == answered.identifiability.total_order.tolist() == [[1.0]]
     answered.write(tmp_path)

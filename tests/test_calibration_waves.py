@@ -241,7 +241,8 @@ def test_a_check_predicts_what_fresh_seeds_may_give():
             return {name: np.array([[98e6, 99e6, 100e6, 101e6, 102e6, np.nan]]) for name in quantities}
 
     rock, best = Rock(), np.array(list(HIDDEN.values()))
-    ucs, *others = check(match, Targets(ucs=(104e6, 1e6)), rock, best, ("compression", "tension"), range(7, 13))
+    seeds = {"prism": range(7, 13), "disc": range(7, 9)}
+    ucs, *others = check(match, Targets(ucs=(104e6, 1e6)), rock, best, ("compression", "tension"), seeds)
     assert [each.name for each in others] == [
         "youngs_modulus", "poissons_ratio", "tensile_strength", "crack_initiation", "crack_damage",
     ]  # fmt: skip
@@ -454,7 +455,7 @@ def test_seeds_of_the_search_of_the_best_points_and_of_the_check_are_others(monk
     given = {"store": "", "seeds": 3, "more": 5, "fresh": 4, "seed": 8, "progress": False}
     targets = targets_at(HIDDEN, ("ucs", "tensile_strength"))
     calibration.calibrate(targets, LAW, free, lambda seed: None, budget=30, **given)
-    assert (asked["seeds"], asked["others"], asked["fresh"]) == (range(1, 4), range(4, 9), range(9, 13))
+    assert (asked["seeds"], asked["others"], asked["fresh"]) == (range(1, 4), range(4, 9), {"prism": range(9, 13)})
     assert (asked["budget"], asked["seed"], asked["strong"]) == (30, 8, 1.0)
     assert asked["weakest"] == pytest.approx(5 / 12.247, rel=1e-3)
     assert asked["names"] == ["ucs", "tensile_strength", "crack_initiation", "crack_damage"]
@@ -462,6 +463,13 @@ def test_seeds_of_the_search_of_the_best_points_and_of_the_check_are_others(monk
     assert asked["best"] == [11.23e6, 33e6, 41.0]
     with pytest.raises(ParameterError, match="budget = 11 is not allowed, it must be at least 12: 2 times 6 points"):
         calibration.calibrate(targets, LAW, free, lambda seed: None, budget=11, **given)
+    one = lambda seed: None  # noqa: E731
+    calibration.calibrate(targets, LAW, free, one, budget=30, **given | {"fresh": {"prism": 40}})
+    assert asked["fresh"] == {"prism": range(9, 49)}
+    with pytest.raises(ParameterError, match=r"fresh = \{'disc': 4\} is not allowed.* one for each of prism"):
+        calibration.calibrate(targets, LAW, free, one, budget=30, **given | {"fresh": {"disc": 4}})
+    with pytest.raises(ParameterError, match=r"fresh = 1 is not allowed"):
+        calibration.calibrate(targets, LAW, free, one, budget=30, **given | {"fresh": 1})
     angle = Targets(friction_angle=40.0)
     with pytest.raises(ParameterError, match="cohesion or friction_angle needs confinements"):
         calibration.calibrate(angle, LAW, free, lambda seed: None, budget=30, **given)

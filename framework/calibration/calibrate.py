@@ -6,7 +6,7 @@ import functools
 import os
 import sys
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from typing import Any
 
@@ -22,12 +22,20 @@ from grainlaw.calibration.result import Calibration
 from grainlaw.calibration.space import Space, space_of
 from grainlaw.calibration.stiffness_search import CONTACTS, GRAINS, STIFF, Stiffness, fit_stiffness, stiffness_names
 from grainlaw.calibration.targets import AIMS, Targets, checked_quantities, measured_by, needed_tests
-from grainlaw.calibration.trials import PRISM, SHAPES, StudySimulator, TrialCase, checked_specimens, checked_tests
+from grainlaw.calibration.trials import (
+    PRISM,
+    SHAPES,
+    StudySimulator,
+    TrialCase,
+    checked_specimens,
+    checked_tests,
+    shape_of,
+)
 from grainlaw.calibration.waves import Search, Tell
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError, checked_whole_number
 from grainlaw.material import Elastic
-from grainlaw.messages import refusal
+from grainlaw.messages import enumeration, refusal
 from grainlaw.runs.progress import shown_in
 from grainlaw.runs.stopping import Stopped
 from grainlaw.short_form import to_digits
@@ -35,6 +43,7 @@ from grainlaw.specimen import Specimen
 from grainlaw.studies.workers import Whole
 
 FEWEST_SEEDS = 2
+FRESH = 10  #: specimens that the answer is tried on, of each shape
 ALIKE = 1.25  #: ratio of the sizes of grains of two shapes that are those of one rock
 BEGIN = 40  #: points for each free parameter that a first look offers a search to begin with
 SOFT = 5.0  #: normal stiffness to begin with where none is given, times the grains' modulus over their size
@@ -44,8 +53,9 @@ SOFT = 5.0  #: normal stiffness to begin with where none is given, times the gra
 def calibrate(
     targets: Targets, law: Any, free: Mapping[str, Any], specimens: Any, *, store: str | os.PathLike[str],
     tied: Mapping[str, Any] | None = None, elastic: str = CONTACTS, seeds: int = 3, budget: int = 100,
-    also: Sequence[str] = (), tests: Mapping[str, Any] | None = None, more: int = 9, fresh: int = 10, seed: int = 0,
-    workers: int | None = None, on: Any = None, progress: bool = True,
+    also: Sequence[str] = (), tests: Mapping[str, Any] | None = None, more: int = 9,
+    fresh: int | Mapping[str, int] = FRESH, seed: int = 0, workers: int | None = None, on: Any = None,
+    progress: bool = True,
 ) -> Calibration:  # fmt: skip
     """Find the contact parameters with which a rock has the ``targets``, and how well these determine them.
 
@@ -54,21 +64,21 @@ def calibrate(
     number, ``{"mode_ii_energy": ("mode_i_energy", 2)}``. ``specimens`` is a function of the seed that makes a
     rectangular specimen; with tests of other shapes a mapping with "prism", "disc" and "half_disc".
 
-    E and nu are met by statics: with ``elastic="contacts"`` by both stiffnesses of the contacts, with
-    "grains" by the modulus of the grains, the stiffnesses in proportion to it, and their ratio. Where the emulator that
-    comes with grainlaw knows such rocks, :func:`first_look` shows where the strengths lie, else a pilot of a few
-    points; where compression tests there give another E or nu, as contacts crack before half of the peak, statics aim
-    as much beside the targets. At most ``budget`` points are tested, each on the same ``seeds`` specimens, two of them
-    on ``more``, and the best one on ``fresh`` others. ``also`` names quantities that are measured though they are no
-    targets; ``tests`` replaces tests ("compression", "confined", "tension", "brazilian", "bending"). All runs are cases
-    of a study in the folder ``store``: the same call goes on where it was stopped, and gives the same answer.
-    ``workers`` and ``on`` are those of :meth:`Study.run`.
+    E and nu are met by statics: with ``elastic="contacts"`` by both stiffnesses of the contacts, with "grains" by the
+    modulus of the grains, the stiffnesses in proportion to it, and their ratio. Where the emulator that comes with
+    grainlaw knows such rocks, :func:`first_look` shows where the strengths lie, else a pilot of a few points; where
+    compression tests there give another E or nu, as contacts crack before half of the peak, statics aim as much beside
+    the targets. At most ``budget`` points are tested, each on the same ``seeds`` specimens, two of them on ``more``,
+    and the best one on ``fresh`` others, of all shapes or of each, ``{"disc": 40}``, which else has 10. ``also`` names
+    quantities that are measured though they are no targets; ``tests`` replaces tests ("compression", "confined",
+    "tension", "brazilian", "bending"). All runs are cases of a study in the folder ``store``: the same call goes on
+    where it was stopped, and gives the same answer. ``workers`` and ``on`` are those of :meth:`Study.run`.
 
     Raises :class:`ParameterError` before anything is run for what cannot be, and where so many tests fail that a
     target has no values; :class:`~grainlaw.runs.stopping.Stopped`, which while the ``fresh`` specimens are tested has
     the answer without them in ``result``, and before that None.
     """
-    _check_choices(elastic, seeds=(seeds, FEWEST_SEEDS), more=(more, 0), fresh=(fresh, 2), seed=(seed, 0))
+    _check_choices(elastic, seeds=(seeds, FEWEST_SEEDS), more=(more, 0), seed=(seed, 0))
     wanted, made = needed_tests(_quantities(targets, also)), checked_tests(tests or {})
     shapes = checked_specimens(specimens, (*wanted, *(["compression"] if targets.elastic else [])))
     space = _space(law, free, tied or {}, shapes, targets)
@@ -78,12 +88,12 @@ def calibrate(
     case = TrialCase(space.law, space.base, space.ties, shapes, made, 1.0)
     names = [name for name in measured_by(wanted, targets) if not AIMS[name].is_elastic]
     first, others = range(1, seeds + 1), range(seeds + 1, seeds + more + 1)
-    last = range(seeds + more + 1, seeds + more + fresh + 1)
+    last = _fresh_seeds(fresh, shapes, seeds + more + 1)
     with ExitStack() as stack:
         bars = stack.enter_context(shown_in(progress, stays=True, speaks=True))
         simulator = StudySimulator(case, space.powers, targets.pressures, store, bars=bars, workers=workers, on=on)
         simulator.weakest = space.weakest
-        simulator.plan(names, seeds * budget + 2 * more + fresh)
+        simulator.plan((names, seeds * budget + 2 * more), *_of_shapes(names, last))
         stack.enter_context(simulator.whole.file)
         simulator.whole.begin()
         tell = functools.partial(_told, simulator.whole, progress)
@@ -99,7 +109,7 @@ def calibrate(
 
 
 def _answered(
-    result: Calibration, simulator: StudySimulator, seeds: Sequence[int], seed: int, tell: Tell
+    result: Calibration, simulator: StudySimulator, seeds: Mapping[str, range], seed: int, tell: Tell
 ) -> Calibration:
     """The best parameters, how well they are known, and what they give on fresh ``seeds``, if any are plausible.
 
@@ -111,18 +121,33 @@ def _answered(
     best = _rounded(space, found.posterior.best)
     seen = identifiability(found.match, found.posterior, seed)
     result = attrs.evolve(result, identifiability=seen, best=space.mapping(best))
-    tell(f"the best parameters on {len(seeds)} fresh specimens: {space.in_words(best)}")
+    tell(f"the best parameters on {max(map(len, seeds.values()))} fresh specimens: {space.in_words(best)}")
     simulator.weakest = 1.0  # they have the rock's own strength
     possible = [test for test in SHAPES if SHAPES[test] in shapes and (test != "confined" or targets.confined)]
-    simulator.plan(measured_by(possible, targets), len(seeds))
+    simulator.plan(*_of_shapes(measured_by(possible, targets), seeds))
     try:
         rows = check(found.match, targets, simulator, best, possible, seeds)
     except Stopped as stopped:
         stopped.result = result
         raise
-    return attrs.evolve(
-        result, checks=tuple(rows), tried=tuple(seeds), failures=tuple(simulator.failures), cpu=simulator.cpu
-    )
+    return attrs.evolve(result, checks=tuple(rows), tried=seeds, failures=tuple(simulator.failures), cpu=simulator.cpu)
+
+
+def _fresh_seeds(fresh: Any, shapes: Iterable[str], first: int) -> dict[str, range]:
+    """Those of the fresh specimens of each shape, from a number of all or by shape. Raises :class:`ParameterError`."""
+    given = dict(fresh) if isinstance(fresh, Mapping) else dict.fromkeys(shapes, fresh)
+    counts = {shape: given.pop(shape, FRESH) for shape in shapes}
+    if given:
+        raise refusal("calibrate: fresh", fresh, f"a number, or one for each of {enumeration(counts)}")
+    for count in counts.values():
+        checked_whole_number("calibrate: fresh", count, at_least=2)
+    return {shape: range(first, first + count) for shape, count in counts.items()}
+
+
+def _of_shapes(names: Sequence[str], seeds: Mapping[str, range]) -> Iterator[tuple[list[str], int]]:
+    """Quantities of each shape, and on how many fresh specimens they are measured."""
+    for shape, own in seeds.items():
+        yield [name for name in names if shape_of(name) == shape], len(own)
 
 
 def _told(whole: Whole, aloud: bool, words: str) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from grainlaw.calibration.emulator import restored
 from grainlaw.calibration.matching import Match
 from grainlaw.calibration.targets import AIMS, Target, Targets, measured_by
-from grainlaw.calibration.trials import Simulator
+from grainlaw.calibration.trials import Simulator, shape_of
 from grainlaw.results.means import spread
 
 NEAR = 0.05  #: of a target
@@ -92,13 +92,15 @@ class Compared:
 
 
 def check(
-    match: Match, targets: Targets, simulator: Simulator, best: np.ndarray, tests: Sequence[str], seeds: Sequence[int]
-) -> list[Compared]:
-    """Test the best parameters (d,) themselves, and compare with targets and with what emulators predict."""
-    names = measured_by(tests, targets)
-    values = simulator.values([match.space.mapping(best)], names, seeds, np.ones(1))
-    given = targets.given
-    rows = [_row(match, name, given, best, values[name][0], len(seeds)) for name in names]
+    match: Match, targets: Targets, simulator: Simulator, best: np.ndarray, tests: Sequence[str],
+    seeds: Mapping[str, Sequence[int]],
+) -> list[Compared]:  # fmt: skip
+    """Test the best parameters (d,) themselves on seeds by shape, and compare with targets and predictions."""
+    names, given, values = measured_by(tests, targets), targets.given, dict[str, np.ndarray]()
+    for shape, own in seeds.items():
+        of_shape = [name for name in names if shape_of(name) == shape]
+        values |= simulator.values([match.space.mapping(best)], of_shape, own, np.ones(1)) if of_shape else {}
+    rows = [_row(match, name, given, best, values[name][0], len(seeds[shape_of(name)])) for name in names]
     return sorted(rows, key=lambda row: row.target is None)
 
 

@@ -6,7 +6,7 @@ import functools
 import itertools
 import os
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +22,7 @@ from grainlaw.calibration.matching import LIMIT, Known
 from grainlaw.calibration.space import Space
 from grainlaw.calibration.stiffness_search import Stiffness, with_grains
 from grainlaw.calibration.targets import AIMS, Targets, in_words
-from grainlaw.calibration.trials import SHAPES, Failure, tests_of
+from grainlaw.calibration.trials import Failure, shape_of, tests_of
 from grainlaw.calibration.waves import SearchResult
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError
@@ -75,7 +75,7 @@ class Calibration(metaclass=Checked):
     identifiability: Identifiability | None = None  #: which parameters the targets determine
     best: dict[str, float] = attrs.field(factory=dict)  #: the best parameters by name
     checks: Sequence[Compared] = ()  #: targets beside what the best parameters give
-    tried: Sequence[int] = ()  #: seeds of the fresh specimens that these were tried on
+    tried: Mapping[str, Sequence[int]] = attrs.field(factory=dict)  #: seeds of the fresh specimens, by shape
 
     @property
     def is_plausible(self) -> bool:
@@ -244,18 +244,17 @@ class Calibration(metaclass=Checked):
     def check_words(self) -> list[str]:
         """What the fresh specimens leave open, and what to do about it."""
         lines = [
-            f"{AIMS[each.name].shown.words} has a value in {each.count} of {most} fresh specimens"
+            f"{AIMS[each.name].shown.words} has a value in {each.count} of {len(each.values)} fresh specimens"
             + (" before they fail." if each.name in ONSETS else ".")
             for each in self.checks
-            if each.target is not None and each.count < (most := max(other.count for other in self.checks))
+            if each.target is not None and each.count < len(each.values)
         ]
-        count, enough = (max((getattr(c, k) for c in self.checks), default=0) for k in ("count", "enough"))
+        count = max((each.count for each in self.checks), default=0)
         if undecided := self.judged(UNDECIDED):
             are = "is" if len(undecided) == 1 else "are"
             lines.append(
-                f"{count} fresh specimens are too few to tell whether {enumeration(undecided)} {are} met: try "
-                f"fresh = {enough} (of [calibration]; {self._more_tests(enough - count)}), or specimens of more "
-                "grains, which scatter less."
+                f"These fresh specimens are too few to tell whether {enumeration(undecided)} {are} met: try "
+                f"{self._more_fresh}, or specimens of more grains, which scatter less."
             )
         if other := [AIMS[each.name].shown.words for each in self.checks if not each.is_foreseen]:
             lines.append(
@@ -280,10 +279,19 @@ class Calibration(metaclass=Checked):
             lines.append(f"{several} Specimens of nine grains or more across {rule}")
         return lines
 
-    def _more_tests(self, specimens: int) -> str:
-        """What so many more fresh specimens would cost, in words."""
-        count = specimens * tests_of([each.name for each in self.checks], self.targets.pressures)
-        return f"{count} tests more, those that were made are kept"
+    @property
+    def _more_fresh(self) -> str:
+        """How many fresh specimens of each shape would tell, and what that would cost, in words."""
+        enough, tests = dict[str, int](), 0
+        for shape, seeds in self.tried.items():
+            own = [each for each in self.checks if shape_of(each.name) == shape]
+            enough[shape] = max((each.enough for each in own), default=0)
+            enough[shape] = max(enough[shape], len(seeds))
+            more = enough[shape] - len(seeds)
+            tests += more * tests_of([each.name for each in own], self.targets.pressures)
+        each = ", ".join(f"{shape} = {count}" for shape, count in enough.items())
+        shown = f"{{{each}}}" if len({*enough.values()}) > 1 else next(iter(enough.values()), "more")
+        return f"fresh = {shown} (of [calibration]; {tests} tests more, those that were made are kept)"
 
     def plot(self, name: str = "fit") -> Figure | None:
         """A picture of the report: "fit", "envelope", "corner", "bands" or "left_out"; None where it shows nothing.
@@ -304,8 +312,8 @@ class Calibration(metaclass=Checked):
         """
         of = [
             each for each in self.checks
-            if each.name not in ONSETS and each.count == len(self.tried) > 1
-            and (aim := AIMS[each.name]).power == 1 and aim.column and SHAPES[aim.tests[-1]] == shape
+            if each.name not in ONSETS and each.count == len(self.tried.get(shape, ())) > 1
+            and (aim := AIMS[each.name]).power == 1 and aim.column and shape_of(each.name) == shape
         ]  # fmt: skip
         if not of:
             return 1, ""
@@ -317,7 +325,7 @@ class Calibration(metaclass=Checked):
             for each in of
             for look in [AIMS[each.name].shown]
         )
-        seed = self.tried[nearest]
+        seed = self.tried[shape][nearest]
         return seed, f"seed {seed}, of the fresh specimens {self.tried_in_words} nearest to their means: {shown}"
 
     def to_latex(self) -> str:
@@ -330,8 +338,11 @@ class Calibration(metaclass=Checked):
 
     @property
     def tried_in_words(self) -> str:
-        """The seeds of the fresh specimens."""
-        return f"{self.tried[0]} to {self.tried[-1]}" if self.tried else "of their own"
+        """The seeds of the fresh specimens, by shape where these differ."""
+        ends = {shape: f"{seeds[0]} to {seeds[-1]}" for shape, seeds in self.tried.items()}
+        if len({*ends.values()}) == 1:
+            return next(iter(ends.values()))
+        return ", ".join(f"{words} ({shape.replace('_', ' ')})" for shape, words in ends.items()) or "of their own"
 
     @property
     def known_to(self) -> dict[str, Known]:

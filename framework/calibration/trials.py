@@ -164,9 +164,10 @@ class StudySimulator(Simulator):
         """Test from now on with these stiffnesses of the law, and grains so many times stiffer than given."""
         self.case = attrs.evolve(self.case, base={**self.case.base, **parameters}, grains=grains)
 
-    def plan(self, quantities: Sequence[str], specimens: int) -> None:
-        """Say that from now on these quantities are measured on so many specimens at most."""
-        self.whole.planned = len(self.whole.done) + specimens * tests_of(quantities, self.pressures)
+    def plan(self, *parts: tuple[Sequence[str], int]) -> None:
+        """Say that from now on quantities are measured on so many specimens at most."""
+        tests = sum(specimens * tests_of(quantities, self.pressures) for quantities, specimens in parts)
+        self.whole.planned = len(self.whole.done) + tests
 
     def values(
         self, points: Sequence[Mapping[str, float]], quantities: Sequence[str], seeds: Sequence[int],
@@ -249,6 +250,11 @@ class StudySimulator(Simulator):
             return math.nan
         line = fit_mohr_coulomb([0.0, *self.pressures], peaks)
         return line.friction_angle if name == "friction_angle" else line.cohesion / scale
+
+
+def shape_of(quantity: str) -> str:
+    """Of the specimens that measure a quantity."""
+    return SHAPES[AIMS[quantity].tests[-1]]
 
 
 def tests_of(quantities: Sequence[str], pressures: Sequence[float]) -> int:

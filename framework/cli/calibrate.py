@@ -11,8 +11,8 @@ from typing import Any
 import attrs
 import click
 
+from grainlaw.calibration.calibrate import FRESH, first_look
 from grainlaw.calibration.calibrate import calibrate as run
-from grainlaw.calibration.calibrate import first_look
 from grainlaw.calibration.result import NUMBERS, PICTURES, REPORT, TABLES, Calibration
 from grainlaw.calibration.stiffness_search import CONTACTS
 from grainlaw.calibration.targets import AIMS, Targets, needed_tests
@@ -51,7 +51,7 @@ class Settings:
     seeds: int = whole_number(default=3, at_least=2)
     budget: int = whole_number(default=100, at_least=1)
     more: int = whole_number(default=9, at_least=0)
-    fresh: int = whole_number(default=10, at_least=2)
+    fresh: Any = FRESH  # a number, or one by shape
     seed: int = whole_number(default=0, at_least=0)
     also: Sequence[str] = ()
 
