@@ -43,6 +43,11 @@ def short(value: Any, most: int = LONGEST) -> str:
     return f"{'an' if kind[0] in 'AEIOU' else 'a'} {kind}"
 
 
+def cut(text: str, most: int) -> str:
+    """At most so many letters of a text, with dots where it goes on."""
+    return text if len(text) <= most else f"{text[: most - 3]}..."
+
+
 def refusal(where: str, value: Any, wanted: str) -> ParameterError:
     """What to raise for a value: ``refusal("Stage: until", value, "a list of conditions")``."""
     hint = in_python(value) if "number" in wanted else ""

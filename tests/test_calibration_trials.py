@@ -288,10 +288,10 @@ def test_a_calibration_is_told_as_a_whole(tmp_path, monkeypatch):
     made = simulator(tmp_path / "s", pressures=(2e6, 4e6))
     made.whole.tell(3.0)  # where nothing is planned
     made.whole.bar = SimpleNamespace(tell=lambda share, words: said.append((share, words)))
-    made.plan((["ucs", "tensile_strength", "cohesion", "strength at 9 MPa"], 10))
+    made.plan((["ucs", "tensile_strength", "cohesion", "strength at 9 MPa"], range(10)))
     assert made.whole.planned == 10 * (1 + 1 + 3)  # pressed, pulled, and under 2, 4 and 9 MPa
     made.whole.done = {"kept", "too"}
-    made.plan((["ucs"], 4), (["brazilian_strength"], 6))
+    made.plan((["ucs"], range(4)), (["brazilian_strength"], range(6)))
     assert made.whole.planned == 12  # what was done, and what is still to come
     made.whole.planned = 50
     tasks = [Task(f"{k}", {"test": "tension", "seed": k}) for k in range(10)]

@@ -6,7 +6,7 @@ import functools
 import os
 import sys
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from typing import Any
 
@@ -27,9 +27,9 @@ from grainlaw.calibration.trials import (
     SHAPES,
     StudySimulator,
     TrialCase,
+    by_shape,
     checked_specimens,
     checked_tests,
-    shape_of,
 )
 from grainlaw.calibration.waves import Search, Tell
 from grainlaw.contact import ContactLaw
@@ -81,6 +81,7 @@ def calibrate(
     _check_choices(elastic, seeds=(seeds, FEWEST_SEEDS), more=(more, 0), seed=(seed, 0))
     wanted, made = needed_tests(_quantities(targets, also)), checked_tests(tests or {})
     shapes = checked_specimens(specimens, (*wanted, *(["compression"] if targets.elastic else [])))
+    last = _fresh_seeds(fresh, shapes, seeds + more + 1)
     space = _space(law, free, tied or {}, shapes, targets)
     _check_budget(budget, targets, space)
     _warn_of_few("calibrate", targets, space)
@@ -88,12 +89,11 @@ def calibrate(
     case = TrialCase(space.law, space.base, space.ties, shapes, made, 1.0)
     names = [name for name in measured_by(wanted, targets) if not AIMS[name].is_elastic]
     first, others = range(1, seeds + 1), range(seeds + 1, seeds + more + 1)
-    last = _fresh_seeds(fresh, shapes, seeds + more + 1)
     with ExitStack() as stack:
         bars = stack.enter_context(shown_in(progress, stays=True, speaks=True))
         simulator = StudySimulator(case, space.powers, targets.pressures, store, bars=bars, workers=workers, on=on)
         simulator.weakest = space.weakest
-        simulator.plan((names, seeds * budget + 2 * more), *_of_shapes(names, last))
+        simulator.plan((names, range(seeds * budget + 2 * more)), *by_shape(names, last))
         stack.enter_context(simulator.whole.file)
         simulator.whole.begin()
         tell = functools.partial(_told, simulator.whole, progress)
@@ -124,7 +124,7 @@ def _answered(
     tell(f"the best parameters on {max(map(len, seeds.values()))} fresh specimens: {space.in_words(best)}")
     simulator.weakest = 1.0  # they have the rock's own strength
     possible = [test for test in SHAPES if SHAPES[test] in shapes and (test != "confined" or targets.confined)]
-    simulator.plan(*_of_shapes(measured_by(possible, targets), seeds))
+    simulator.plan(*by_shape(measured_by(possible, targets), seeds))
     try:
         rows = check(found.match, targets, simulator, best, possible, seeds)
     except Stopped as stopped:
@@ -142,12 +142,6 @@ def _fresh_seeds(fresh: Any, shapes: Iterable[str], first: int) -> dict[str, ran
     for count in counts.values():
         checked_whole_number("calibrate: fresh", count, at_least=2)
     return {shape: range(first, first + count) for shape, count in counts.items()}
-
-
-def _of_shapes(names: Sequence[str], seeds: Mapping[str, range]) -> Iterator[tuple[list[str], int]]:
-    """Quantities of each shape, and on how many fresh specimens they are measured."""
-    for shape, own in seeds.items():
-        yield [name for name in names if shape_of(name) == shape], len(own)
 
 
 def _told(whole: Whole, aloud: bool, words: str) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from grainlaw.calibration.emulator import restored
 from grainlaw.calibration.matching import Match
 from grainlaw.calibration.targets import AIMS, Target, Targets, measured_by
-from grainlaw.calibration.trials import Simulator, shape_of
+from grainlaw.calibration.trials import Simulator, by_shape
 from grainlaw.results.means import spread
 
 NEAR = 0.05  #: of a target
@@ -97,23 +97,20 @@ def check(
 ) -> list[Compared]:  # fmt: skip
     """Test the best parameters (d,) themselves on seeds by shape, and compare with targets and predictions."""
     names, given, values = measured_by(tests, targets), targets.given, dict[str, np.ndarray]()
-    for shape, own in seeds.items():
-        of_shape = [name for name in names if shape_of(name) == shape]
-        values |= simulator.values([match.space.mapping(best)], of_shape, own, np.ones(1)) if of_shape else {}
-    rows = [_row(match, name, given, best, values[name][0], len(seeds[shape_of(name)])) for name in names]
+    for of_shape, own in by_shape(names, seeds):
+        values |= simulator.values([match.space.mapping(best)], of_shape, own, np.ones(1))
+    rows = [_row(match, name, given, best, values[name][0]) for name in names]
     return sorted(rows, key=lambda row: row.target is None)
 
 
-def _row(
-    match: Match, name: str, given: Mapping[str, Target], best: np.ndarray, values: np.ndarray, count: int
-) -> Compared:
+def _row(match: Match, name: str, given: Mapping[str, Target], best: np.ndarray, values: np.ndarray) -> Compared:
     measured = spread(values)
     predicted, ends = math.nan, (math.nan, math.nan)
     if name in match.emulators:
         mean, variance = match.one(best[None], name)
         k = match.samples.names.index(name)
         of_seeds = float(match.scatter([name])[0, 0] - match.samples.of_shift[k])  # of the mean over the search's seeds
-        deviation = math.sqrt(float(variance[0]) + of_seeds * float(match.samples.seeds[k]) / count)
+        deviation = math.sqrt(float(variance[0]) + of_seeds * float(match.samples.seeds[k]) / len(values))
         low, middle, high = restored(name, mean[0] + NORMAL * deviation * np.array([-1, 0, 1]))
         predicted, ends = float(middle), (float(low), float(high))
     return Compared(

@@ -50,7 +50,7 @@ class Samples:
     scatter: np.ndarray  #: (q, q) covariance of the mean over the seeds of a point, as an estimate of that of all seeds
     of_shift: np.ndarray  #: (q,) part of its variances that is the error of the shift
 
-    @property
+    @functools.cached_property
     def of_mean(self) -> np.ndarray:
         """(q,) to be added to a mean of logarithms to have the logarithm of a mean, which is what a laboratory gives.
 

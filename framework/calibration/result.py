@@ -190,10 +190,17 @@ class Calibration(metaclass=Checked):
         for k, (each, free) in enumerate(zip(self.identifiability.parameters, self.space.free, strict=True)):
             intervals = [each.interval, *([known.interval(k)] if known else [])]
             own, *before = map(free.between, intervals)
-            best, half = rounded(self.best[each.name], free.unit), free.half(each.best, each.interval)
+            best, half = rounded(self.best[each.name], free.unit), self._halves[each.name]
             verdict = each.verdict if each.width >= WEAKLY else ""
             rows.append([each.name, best, own, half, *before, f"{100 * each.width:.0f} %", verdict])
         return rows
+
+    @property
+    def _halves(self) -> dict[str, str]:
+        """Half of the interval of each parameter, in words."""
+        assert self.identifiability is not None
+        known = zip(self.identifiability.parameters, self.space.free, strict=True)
+        return {each.name: free.half(each.best, each.interval) for each, free in known}
 
     @property
     def verdicts(self) -> list[str]:
@@ -201,10 +208,7 @@ class Calibration(metaclass=Checked):
         found = self.identifiability
         assert found is not None
         lines = []
-        halves = {
-            each.name: free.half(each.best, each.interval)
-            for each, free in zip(found.parameters, self.space.free, strict=True)
-        }
+        halves = self._halves
         for verdict, words in VERDICTS.items():
             if named := [each for each in found.parameters if each.verdict == verdict]:
                 shown = enumeration(f"{each.name} ({halves[each.name]})" for each in named)
@@ -249,7 +253,6 @@ class Calibration(metaclass=Checked):
             for each in self.checks
             if each.target is not None and each.count < len(each.values)
         ]
-        count = max((each.count for each in self.checks), default=0)
         if undecided := self.judged(UNDECIDED):
             are = "is" if len(undecided) == 1 else "are"
             lines.append(
@@ -268,6 +271,7 @@ class Calibration(metaclass=Checked):
             )
         if missed := self.judged(NOT_MET):
             more = max((len(values) for each in self.found.design.more.values() for values in each.values()), default=0)
+            count = max(each.count for each in self.checks)
             lines.append(
                 f"{NOT_MET.capitalize()}, by more than target and fresh specimens are known to (95 %): "
                 f"{enumeration(missed)}. With more = {more + count} (of [calibration]) the search learns from as many "
@@ -285,10 +289,8 @@ class Calibration(metaclass=Checked):
         enough, tests = dict[str, int](), 0
         for shape, seeds in self.tried.items():
             own = [each for each in self.checks if shape_of(each.name) == shape]
-            enough[shape] = max((each.enough for each in own), default=0)
-            enough[shape] = max(enough[shape], len(seeds))
-            more = enough[shape] - len(seeds)
-            tests += more * tests_of([each.name for each in own], self.targets.pressures)
+            enough[shape] = max([len(seeds), *(each.enough for each in own)])
+            tests += (enough[shape] - len(seeds)) * tests_of([each.name for each in own], self.targets.pressures)
         each = ", ".join(f"{shape} = {count}" for shape, count in enough.items())
         shown = f"{{{each}}}" if len({*enough.values()}) > 1 else next(iter(enough.values()), "more")
         return f"fresh = {shown} (of [calibration]; {tests} tests more, those that were made are kept)"
@@ -330,11 +332,12 @@ class Calibration(metaclass=Checked):
 
     def to_latex(self) -> str:
         """The parameters, and their check on fresh specimens, as tables for a paper (LaTeX, package booktabs)."""
-        named = (
-            [[name.replace("_", " "), *rest] for name, *rest in self.parameter_lines] if self.identifiability else []
-        )
-        tables = [named] if named else []
-        return "\n\n".join(map(latex_lines, [*tables, *([self._printed] if self.checks else [])]))
+        tables = []
+        if self.identifiability:
+            tables.append([[name.replace("_", " "), *rest] for name, *rest in self.parameter_lines])
+        if self.checks:
+            tables.append(self._printed)
+        return "\n\n".join(map(latex_lines, tables))
 
     @property
     def tried_in_words(self) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -164,9 +164,9 @@ class StudySimulator(Simulator):
         """Test from now on with these stiffnesses of the law, and grains so many times stiffer than given."""
         self.case = attrs.evolve(self.case, base={**self.case.base, **parameters}, grains=grains)
 
-    def plan(self, *parts: tuple[Sequence[str], int]) -> None:
-        """Say that from now on quantities are measured on so many specimens at most."""
-        tests = sum(specimens * tests_of(quantities, self.pressures) for quantities, specimens in parts)
+    def plan(self, *parts: tuple[Sequence[str], Sequence[int]]) -> None:
+        """Say that from now on quantities are measured on these seeds at most."""
+        tests = sum(len(seeds) * tests_of(quantities, self.pressures) for quantities, seeds in parts)
         self.whole.planned = len(self.whole.done) + tests
 
     def values(
@@ -255,6 +255,15 @@ class StudySimulator(Simulator):
 def shape_of(quantity: str) -> str:
     """Of the specimens that measure a quantity."""
     return SHAPES[AIMS[quantity].tests[-1]]
+
+
+def by_shape(
+    quantities: Sequence[str], seeds: Mapping[str, Sequence[int]]
+) -> Iterator[tuple[list[str], Sequence[int]]]:
+    """Quantities that are measured on specimens of one shape, and the seeds of these."""
+    for shape, own in seeds.items():
+        if names := [name for name in quantities if shape_of(name) == shape]:
+            yield names, own
 
 
 def tests_of(quantities: Sequence[str], pressures: Sequence[float]) -> int:

@@ -13,6 +13,7 @@ import click
 from grainlaw.cli.answers import answer, is_asked, json_option
 from grainlaw.cli.running import refusing
 from grainlaw.fields import ParameterError
+from grainlaw.messages import cut
 from grainlaw.quantity import aligned
 from grainlaw.results.files import warn
 from grainlaw.studies.watch_words import HEADS, PAGE, RENEWED, as_characters, head, reason, rows, write_watch_page
@@ -106,10 +107,9 @@ def _size() -> tuple[int, int]:
 
 def _table(lines: list[list[str]], width: int) -> list[str]:
     """Lines of a table that fits: what is cut are the names of cases."""
-    room = width - max(map(len, aligned([["", *rest] for _, *rest in lines]).splitlines()))
-    room = max(room, NARROWEST)
-    cut = [[name if len(name) <= room else f"{name[: room - 3]}...", *rest] for name, *rest in lines]
-    return aligned(cut).splitlines()
+    others = aligned([["", *rest] for _, *rest in lines]).splitlines()
+    room = max(width - max(map(len, others)), NARROWEST)
+    return aligned([[cut(name, room), *rest] for name, *rest in lines]).splitlines()
 
 
 def _words(seen: Watched, width: int, height: int, *, colored: bool = False) -> str:
@@ -117,5 +117,5 @@ def _words(seen: Watched, width: int, height: int, *, colored: bool = False) -> 
     table = _table([[*HEADS], *rows(seen)], width) if seen.parts else []
     lines = min(max(height - len(table) - AROUND, FEWEST), MOST)
     curves = as_characters(seen, max(min(width - BESIDE, WIDEST), NARROWEST), lines, colored=colored)
-    parts = [head(seen), reason(seen), *seen.said, "\n".join(line.rstrip() for line in table), curves]
+    parts = [head(seen), reason(seen), *seen.said, "\n".join(table), curves]
     return "\n".join(part for part in parts if part)

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from grainlaw.columns import quantity_of
+from grainlaw.messages import cut
 from grainlaw.results.figures.pages import write_page
 from grainlaw.runs.estimate import in_words
-from grainlaw.studies.watched import FAILED, FINISHED, RUNNING, UNKNOWN, Part, Watched
+from grainlaw.studies.watched import ANSWER, FAILED, FINISHED, RUNNING, UNKNOWN, Part, Watched
 
 MOST_CURVES = 6
 COLORS = ("cyan", "yellow", "magenta", "green", "red", "blue")  #: of curves on a terminal
-PAGE, ANSWER = "watch.html", "report.html"
+PAGE = "watch.html"
 NAMED = 80  #: characters of a name below a picture
 RENEWED = 3  #: s after which a browser loads the page anew
 
@@ -108,7 +108,7 @@ def _figure(seen: Watched) -> Any:
         return None
     figure, axes = given_or_new("watch", None, (7, 4))
     for k, part in enumerate(parts):
-        axes.plot(*_shown(part), color=color(k), linestyle=style(k), label=textwrap.shorten(part.name, NAMED))
+        axes.plot(*_shown(part), color=color(k), linestyle=style(k), label=cut(part.name, NAMED))
     across, up = (quantity_of(name).heading for name in parts[0].columns)
     axes.set(xlabel=across, ylabel=up)
     if len(parts) > 1:

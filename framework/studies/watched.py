@@ -25,7 +25,8 @@ from grainlaw.studies.store import CASES, PACKS, STUDY
 RUNNING, FINISHED, STOPPED, FAILED, UNKNOWN, WAITING = "running", "finished", "stopped", "failed", "unknown", "waiting"
 AGAIN = "the command of before"  #: where nothing says which that was
 HEARD = 120.0  #: s for which what another computer does counts as going on
-TESTS, NUMBERS = "tests", "calibration.json"  #: of the command calibrate: its study, and its answer
+#: of the command calibrate: its study, its answer, and that as a page
+TESTS, NUMBERS, ANSWER = "tests", "calibration.json", "report.html"
 
 
 @attrs.frozen

@@ -34,7 +34,7 @@ from typing import Any
 from grainlaw.columns import quantity_of
 from grainlaw.engine.device import Gpu
 from grainlaw.fields import ParameterError, UnitWarning
-from grainlaw.messages import refusal
+from grainlaw.messages import cut, refusal
 from grainlaw.runs.estimate import CostWarning, in_words
 from grainlaw.runs.progress import Bar, Progress
 from grainlaw.runs.progress_file import ProgressFile, read
@@ -482,17 +482,11 @@ class Watcher:
         return max(work + further * mean, 0.0) / max(at_a_time, 1e-9)
 
 
-def _confines(name: str, value: Any) -> bool:
-    return name == "confinement" and bool(value)
-
-
 def _label(factors: Mapping[str, Any], most: int = LABEL) -> str:
     """The factors of a case, names, seed and confinement first: where they are many the last ones are left out."""
     shown = {k: quantity_of(k).with_unit(v) if isinstance(v, float) else v for k, v in factors.items()}
-    first = sorted(
-        shown, key=lambda name: (not isinstance(factors[name], str), name != "seed", not _confines(name, factors[name]))
-    )
-    words = ", ".join(
-        str(shown[name]) if isinstance(factors[name], str) else f"{name} = {shown[name]}" for name in first
-    )
-    return words if len(words) <= most else f"{words[: most - 3]}..."
+    names = [name for name, value in factors.items() if isinstance(value, str)]
+    before = [*names, "seed", *(["confinement"] if factors.get("confinement") else [])]
+    first = dict.fromkeys([name for name in [*before, *factors] if name in factors])
+    words = ", ".join(str(shown[name]) if name in names else f"{name} = {shown[name]}" for name in first)
+    return cut(words, most)
