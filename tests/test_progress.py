@@ -135,7 +135,7 @@ def test_a_study_says_how_many_cases_are_done_and_what_workers_do(terminal, tmp_
     tiny_study().run(tmp_path / "s", workers=1)
     seen = terminal.getvalue()
     assert "4 of 4" in seen.splitlines()[-2]
-    assert "law = brittle, seed = 0" in seen
+    assert "brittle, seed = 0" in seen
 
 
 def test_the_time_left_is_that_of_cases_of_their_kind(monkeypatch):
