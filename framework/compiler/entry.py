@@ -52,6 +52,7 @@ class Kernel:
                 self._call = ctypes.CFUNCTYPE(*(ctypes.c_int64,) * (1 + len(arguments)))(self._address)
         if form != self._form:
             raise TypeError(f"{self._function.__name__} was compiled for tables of another form")
+        self._form = form  # of the same objects the next time: far sooner compared
         return self._address
 
     def _compile(self, kinds: tuple[Any, ...]) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from operator import is_not
 from typing import Any
 
 import numpy as np
@@ -83,6 +84,7 @@ class State(metaclass=Checked):
         self.steady = Steady(self.freedoms, self.heat)
         self._splits: dict[int, Split] = {}  #: by number of threads
         self._shared: dict[str, tuple[Split, Any, Table]] = {}  #: for whom, arrays and what was made of them, by part
+        self._last: Shared | None = None  #: of all parts
         self.on_device: Any = None  #: a device that does the steps, and the arrays in its memory
         self.search(self.displacement_at_forces())
 
@@ -104,11 +106,13 @@ class State(metaclass=Checked):
 
     def shared_by(self, splits: Mapping[str, Split]) -> Shared:
         """The same, where each part is divided in its own way."""
-        parts = self.parts
+        parts, known = self.parts, self._last
         tables = [self._share(name, parts[name], splits[name]) for name in Parts._fields]
-        made = Parts._make(table.value for table in tables)
-        made.contacts.tally[:] = 0
-        return Shared(made, Parts._make(tables))
+        if known is None or any(map(is_not, known.tables, tables)):
+            laid = Parts._make(tables)
+            known = self._last = Shared(Parts._make(table.value for table in tables), laid, Table(laid))
+        known.parts.contacts.tally[:] = 0
+        return known
 
     def table(self, name: str, threads: int) -> Table:
         """The arrays of one part for so many threads, as compiled code finds them."""

@@ -184,6 +184,7 @@ class Shared(NamedTuple):
 
     parts: Parts
     tables: Any  #: :class:`Parts`, with the :class:`~grainlaw.compiler.numba_private.Table` of each
+    table: Table  #: of the tables
 
 
 def run(threads: int, shared: Shared, chunk: Chunk) -> int:
@@ -205,7 +206,7 @@ def run(threads: int, shared: Shared, chunk: Chunk) -> int:
 def tables_of(threads: int, shared: Shared, chunk: Chunk) -> list[Table]:
     """Team, parts and chunk as the loop is given them."""
     team = Team(threads, np.zeros(barrier.SIZE, dtype=np.int64), _pauses())
-    return [Table(table) for table in (team, shared.tables, chunk)]
+    return [Table(team), shared.table, Table(chunk)]
 
 
 _loop = Kernel(_steps, "the time loop, once: this takes up to half a minute")
