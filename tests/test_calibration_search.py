@@ -400,6 +400,34 @@ def test_walkers_may_begin_at_fewer_points_than_they_are(one_strength, monkeypat
     assert np.log(few.best[0]) == pytest.approx(np.log(10 * MPa), abs=0.01)
 
 
+def test_samples_are_made_once_for_the_same_likelihood(one_strength, tmp_path, monkeypatch):
+    """Again where the target, the seed or the ranges differ, or where the file is damaged."""
+    match, found = one_strength
+    monkeypatch.setattr(posteriors, "BLOCK", 20)
+    start, sampled, asked = found.points[:60], posteriors._sampled, []
+    monkeypatch.setattr(posteriors, "_sampled", lambda *given: asked.append(given) or sampled(*given))
+
+    def again(match=match, seed=1):
+        return posterior(match, start, seed, 1, tmp_path / "chains")
+
+    first, second = again(), again()
+    assert len(asked) == 1
+    assert second.points.tolist() == first.points.tolist()
+    assert second.best.tolist() == first.best.tolist()
+    assert second.effective == pytest.approx(first.effective, nan_ok=True)
+    again(seed=2)
+    again(attrs.evolve(match, targets={"ucs": Target(91 * MPa, 3.6 * MPa)}))
+    wider = attrs.evolve(match.space.free[1], high=50)
+    again(attrs.evolve(match, space=attrs.evolve(match.space, free=(match.space.free[0], wider))))
+    assert len(asked) == 4
+    for file in (tmp_path / "chains").iterdir():
+        file.write_bytes(file.read_bytes()[:100])
+    assert again().points.tolist() == first.points.tolist()
+    assert len(asked) == 5
+    again()
+    assert len(asked) == 5
+
+
 @pytest.mark.parametrize(("time", "blocks"), [(0.7, 1), (1.4, 2), (2.1, 3), (np.nan, 4)])
 def test_a_chain_goes_on_until_it_has_thirty_steps_for_each_correlation_time(one_strength, time, blocks, monkeypatch):
     """In blocks of 30: 21, 42 and 63 steps are asked for; where no time can be told, as many blocks as there may be."""

@@ -60,7 +60,7 @@ class Given:
         self.asked.append((len(points), seed))
         return Plausible(points[:400], 0.25, self.least, points[7])
 
-    def posterior(self, match, start, seed, blocks=None):
+    def posterior(self, match, start, seed, blocks=None, folder=None):
         self.posteriors.append((len(start), seed, blocks))
         return SimpleNamespace(points=np.repeat(start, 2, axis=0), best=start[3])
 
@@ -435,7 +435,7 @@ def test_seeds_of_the_search_of_the_best_points_and_of_the_check_are_others(monk
     asked = {}
 
     class Found:
-        def __init__(self, space, targets, names, simulator, seeds, budget, seed, others, tell):
+        def __init__(self, space, targets, names, simulator, seeds, budget, seed, others, tell, chains):
             asked.update(names=names, seeds=seeds, budget=budget, seed=seed, others=others, weakest=simulator.weakest)
             self.space, self.seed = space, seed
 

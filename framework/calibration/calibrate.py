@@ -8,6 +8,7 @@ import sys
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
+from pathlib import Path
 from typing import Any
 
 import attrs
@@ -45,6 +46,7 @@ from grainlaw.studies.workers import Whole
 FEWEST_SEEDS = 2
 FRESH = 10  #: specimens that the answer is tried on, of each shape
 ALIKE = 1.25  #: ratio of the sizes of grains of two shapes that are those of one rock
+CHAINS = "chains"  #: folder of the store
 BEGIN = 40  #: points for each free parameter that a first look offers a search to begin with
 SOFT = 5.0  #: normal stiffness to begin with where none is given, times the grains' modulus over their size
 
@@ -97,7 +99,9 @@ def calibrate(
         stack.enter_context(simulator.whole.file)
         simulator.whole.begin()
         tell = functools.partial(_told, simulator.whole, progress)
-        search = Search(space, targets.tested, names, simulator, first, budget, seed, others, tell)
+        search = Search(
+            space, targets.tested, names, simulator, first, budget, seed, others, tell, chains=Path(store) / CHAINS
+        )
         search, stiffness, look = _aimed(search, simulator, targets, ones, elastic)
         found = search.run()
         result = Calibration(
@@ -225,8 +229,8 @@ def first_look(
 ) -> FirstLook:  # fmt: skip
     """What the targets say of the contact parameters by no test, in seconds; arguments as of :func:`calibrate`.
 
-    By an emulator that comes with grainlaw: Mohr-Coulomb contacts between even grains, docs/calibration.md. Raises
-    :class:`ParameterError` where it knows nothing of such a rock.
+    By an emulator that comes with grainlaw: Mohr-Coulomb contacts or cohesive cracks between even grains,
+    docs/calibration.md. Raises :class:`ParameterError` where it knows nothing of such a rock.
     """
     _check_choices(elastic, seeds=(seeds, FEWEST_SEEDS), seed=(seed, 0))
     shapes = checked_specimens(specimens, needed_tests([*targets.tested]))

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import zipfile
+from pathlib import Path
 from typing import Protocol
 
 import attrs
@@ -11,6 +14,8 @@ import scipy
 from grainlaw.calibration.emulator import NEEDS, in_one_thread
 from grainlaw.calibration.space import Space
 from grainlaw.fields import ParameterError
+from grainlaw.results.files import write_atomically
+from grainlaw.runs.identity import Unknown, digest, sources_hash
 
 WALKERS, BLOCK, BLOCKS = 48, 500, 10
 PER_TIME = 30  #: steps that a chain has for each of its correlation times before it is trusted
@@ -40,12 +45,38 @@ class Posterior:
 
 
 @in_one_thread
-def posterior(match: Likelihood, start: np.ndarray, seed: int, blocks: int = BLOCKS) -> Posterior:
+def posterior(
+    match: Likelihood, start: np.ndarray, seed: int, blocks: int = BLOCKS, folder: Path | None = None
+) -> Posterior:
     """Samples by emcee (Foreman-Mackey and others 2013, doi:10.1086/670067), from points (n, d) that are plausible.
 
     The prior is even over the ranges, of what has dimensions over their logarithm, where the law takes the parameters.
-    Raises :class:`ParameterError` without emcee.
+    A ``folder`` keeps them: what was asked before is not sampled again. Raises :class:`ParameterError` without emcee.
     """
+    file = _file(folder, match, start, seed, blocks)
+    with contextlib.suppress(OSError, ValueError, LookupError, EOFError, zipfile.BadZipFile):
+        if file is not None:
+            with np.load(file) as rows:
+                return Posterior(rows["points"], rows["best"], float(rows["effective"]))
+    found = _sampled(match, start, seed, blocks)
+    with contextlib.suppress(OSError):  # they can be made again
+        if file is not None:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            write_atomically(file, lambda part: np.savez(part, **attrs.asdict(found)), shared=True)
+    return found
+
+
+def _file(folder: Path | None, match: Likelihood, start: np.ndarray, seed: int, blocks: int) -> Path | None:
+    """Where samples are kept, by how likely the points are at which they begin; None where they cannot be known."""
+    if folder is None:
+        return None
+    with contextlib.suppress(Unknown):
+        asked = match.space, start, match.log_likelihood(start), seed, blocks
+        return folder / f"{digest(sources_hash(), *asked)}.npz"
+    return None
+
+
+def _sampled(match: Likelihood, start: np.ndarray, seed: int, blocks: int) -> Posterior:
     try:
         import emcee
     except ImportError:

@@ -182,9 +182,9 @@ class Calibration(metaclass=Checked):
 
     @property
     def parameter_lines(self) -> list[list[str]]:
-        """Best values, intervals and widths of the free parameters, with a heading."""
+        """Best values, intervals, and widths of these over those without any test, with a heading."""
         known = self.first_look.posterior if self.first_look else None
-        heads = ["parameter", "best", "95 %", "half of it", *(["by the first look"] if known else []), "of its range"]
+        heads = ["parameter", "best", "95 %", "half width", *(["by the first look"] if known else []), "of untested"]
         rows = [[*heads, ""]]
         assert self.identifiability is not None
         for k, (each, free) in enumerate(zip(self.identifiability.parameters, self.space.free, strict=True)):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 
 import attrs
 import numpy as np
@@ -110,6 +111,7 @@ class Search:
     tell: Tell = lambda words: None
     begin: np.ndarray | None = None  #: (n, d) points to begin with, the likeliest first; None to fill the ranges
     before: Knowledge | None = None  #: what is known without tests
+    chains: Path | None = None  #: folder that keeps the samples of posteriors
 
     def run(self) -> SearchResult:
         groups = len(self.space.groups)
@@ -140,7 +142,8 @@ class Search:
             found = conflicts(match, self._tried, self.seed)
             return SearchResult(design, tuple(waves), match, left, None, tuple(found))
         self.tell("how well the targets determine the parameters: chains of samples, some half a minute without tests")
-        return SearchResult(design, tuple(waves), match, left, posterior(match, self._start(left), self.seed), ())
+        samples = posterior(match, self._start(left), self.seed, folder=self.chains)
+        return SearchResult(design, tuple(waves), match, left, samples, ())
 
     def pilot(self) -> np.ndarray:
         """(d,) parameters near the best: the first to begin with, or else from the first ones of the first wave."""
@@ -191,7 +194,7 @@ class Search:
         """The best point on more seeds, and what is plausible then."""
         if not self.more:
             return design, match, left
-        best = left.best if left.least > LIMIT else posterior(match, self._start(left), self.seed, blocks=1).best
+        best = left.best if left.least > LIMIT else self._sampled(match, self._start(left)).best
         point = self.space.at_reference(best[None])
         if not self.space.allowed(point)[0]:
             return design, match, left
@@ -221,7 +224,7 @@ class Search:
         if left.least > LIMIT:  # perhaps the emulators err: look where it is best
             best, candidates = left.best, self._around(left.best, number)
         else:
-            found = posterior(match, left.points, self.seed, blocks=1)
+            found = self._sampled(match, left.points)
             best, variances = found.best, match.predicted(found.points, match.names)[1].mean(axis=0)
             others = np.diag(match.scatter(match.names)) + match.target_variance
             if np.all(variances <= ENOUGH * (variances + others)):
@@ -235,6 +238,10 @@ class Search:
         first = self.space.at_reference(best[None])
         first = first[self.space.allowed(first)]
         return np.unique(telling(match, candidates, room, first), axis=0)
+
+    def _sampled(self, match: Match, start: np.ndarray) -> Posterior:
+        """A few samples, enough to choose points by."""
+        return posterior(match, start, self.seed, blocks=1, folder=self.chains)
 
     def _around(self, best: np.ndarray, number: int) -> np.ndarray:
         random = np.random.default_rng(self.seed + number)
