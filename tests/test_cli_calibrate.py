@@ -379,7 +379,7 @@ def test_a_first_look_runs_and_writes_nothing(tmp_path):
     assert "first look, by no test" in said
     assert [line.split()[0] for line in said.splitlines()[2:4]] == ["tensile_strength", "cohesion"]
     assert list(tmp_path.iterdir()) == [file]
-    other = FILE.replace("mohr-coulomb", "cohesive-crack")
+    other = FILE.replace("mohr-coulomb", "munjiza")
     refused = invoke("calibrate", str(written(tmp_path, other)), "--first")
     assert refused.exit_code == 2
-    assert "does not know this rock: it knows MohrCoulomb, not CohesiveCrack" in refused.output
+    assert "does not know this rock: it knows MohrCoulomb and CohesiveCrack, not MunjizaJoint" in refused.output

@@ -10,6 +10,7 @@ from support import small_sample
 import grainlaw as gl
 from grainlaw.calibration import first_look as module
 from grainlaw.calibration.first_look import (
+    FILES,
     FirstMatch,
     Fit,
     ShippedEmulator,
@@ -24,7 +25,7 @@ from grainlaw.calibration.space import space_of
 from grainlaw.calibration.stiffness_search import Stiffness
 from grainlaw.calibration.targets import Target
 from grainlaw.geometry import Breakable, Voronoi, VoronoiCells, disc, rectangle
-from grainlaw.laws import CohesiveCrack, MohrCoulomb
+from grainlaw.laws import CohesiveCrack, ExponentialSoftening, MohrCoulomb, XuNeedleman
 from grainlaw.units import GPa, MPa, mm
 
 ROCK = gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.25, density=2700)
@@ -32,6 +33,7 @@ LAW = MohrCoulomb(kn=1e14, ks=4e13, tensile_strength=10 * MPa, cohesion=30 * MPa
                   residual_friction_angle=5)  # fmt: skip
 CRACK = CohesiveCrack(kn=1e14, ks=4e13, tensile_strength=10 * MPa, cohesion=30 * MPa, friction_angle=40,
                       residual_friction_angle=5, mode_i_energy=50, mode_ii_energy=100)  # fmt: skip
+OTHER = XuNeedleman(kn=1e14, ks=4e13, tensile_strength=10 * MPa, cohesion=30 * MPa, residual_friction_angle=5)
 FREE = {"tensile_strength": (4 * MPa, 20 * MPa), "cohesion": (15 * MPa, 60 * MPa), "friction_angle": (25, 55)}
 
 
@@ -112,6 +114,21 @@ def test_inputs_are_ratios_of_the_law_and_of_the_specimen():
     assert (soft["stiffness"], soft["ratio"]) == (ENDS["stiffness"][0], ENDS["ratio"][1])
     stiffer = attrs.evolve(made, grains=2.0).inputs(np.array([[10 * MPa, 30 * MPa, 45.0]]))[0]
     assert stiffer["strain"] == pytest.approx(math.log(15e6 / 60e9))
+
+
+def test_cracks_have_the_length_of_their_energy_in_grains_and_the_ratio_of_their_energies():
+    """50 J/m2 times 60 GPa over (10 MPa)^2 is 30 mm; G_II is twice G_I."""
+    space = space_of(CRACK, {**FREE, "mode_i_energy": (5, 500)}, {"mode_ii_energy": ("mode_i_energy", 2)}, {})
+    ends = {**ENDS, "length": (-2, 3), "energies": (0, 2)}
+    made = FirstMatch(space, {}, (), {"prism": specimen()}, 1.0, ShippedEmulator(ends, coulomb().fits))
+    point = np.array([[10 * MPa, 30 * MPa, 45.0, 50.0]])
+    inputs, _ = made.inputs(point)
+    assert float(inputs["length"][0]) == pytest.approx(math.log(0.03 / math.sqrt(1e-5)))
+    assert float(inputs["energies"][0]) == pytest.approx(math.log(2))
+    assert made.known(point).tolist() == [True]
+    tough = np.array([[10 * MPa, 30 * MPa, 45.0, 500.0]])
+    assert float(made.inputs(tough)[0]["length"][0]) == 3  # beyond: as at the end
+    assert "the mode I energy times E over tensile strength squared and grain size is 94.9, it" in made.beyond(tough[0])
 
 
 def test_what_lies_beyond_the_emulator_is_told():
@@ -196,7 +213,7 @@ def test_a_modulus_is_met_where_the_emulator_is_as_unsure_as_far_off(monkeypatch
     emulator = coulomb(0.01)
     softening = attrs.evolve(linear(("stiffness",), constant=-0.19, stiffness=0.9), error=0.01)
     emulator = attrs.evolve(emulator, fits={**emulator.fits, "modulus": softening})
-    monkeypatch.setattr(module, "shipped", lambda: emulator)
+    monkeypatch.setattr(module, "shipped", lambda law: emulator)
     targets = gl.Targets(ucs=100 * MPa, youngs_modulus=45 * GPa)
     space = space_of(LAW, {"friction_angle": (30, 70)}, {}, {})
 
@@ -212,7 +229,7 @@ def test_a_modulus_is_met_where_the_emulator_is_as_unsure_as_far_off(monkeypatch
 
 def test_statics_aim_beside_the_targets_by_as_much_as_the_test_is_expected_to_differ(monkeypatch):
     """A UCS that takes 60 degrees, where the test is exp(-0.2) times as stiff, and wider by 0.03."""
-    monkeypatch.setattr(module, "shipped", coulomb)
+    monkeypatch.setattr(module, "shipped", lambda law: coulomb())
     ucs = 30 * MPa * math.exp(1.5 + 0.4 * (60 / 40 - 1))
     space = space_of(LAW, {"friction_angle": (30, 70)}, {}, {})
     targets = gl.Targets(ucs=(ucs, 0.001 * ucs), youngs_modulus=40 * GPa, poissons_ratio=0.25)
@@ -226,7 +243,7 @@ def test_statics_aim_beside_the_targets_by_as_much_as_the_test_is_expected_to_di
     assert found.modulus == pytest.approx(40 * GPa * math.exp(0.2), rel=0.02)
     assert found.poisson == pytest.approx(0.22, rel=0.02)
     assert found.tested == pytest.approx({"youngs_modulus": 40 * GPa, "poissons_ratio": 0.25}, rel=0.01)
-    unknown = space_of(CRACK, {"friction_angle": (30, 70)}, {}, {})
+    unknown = space_of(OTHER, {"tensile_strength": (5 * MPa, 10 * MPa)}, {}, {})
     assert expected_stiffness(unknown, targets, {"prism": specimen()}, statics, 0).modulus == 40 * GPa
     beyond = space_of(attrs.evolve(LAW, tensile_strength=1 * MPa), {"friction_angle": (30, 70)}, {}, {})
     assert expected_stiffness(beyond, targets, {"prism": specimen()}, statics, 0).modulus == 40 * GPa
@@ -279,7 +296,8 @@ CELLS = Breakable(Voronoi(grains=20, seed=1), VoronoiCells(count=4))
 @pytest.mark.parametrize(
     ("law", "rock", "targets", "words"),
     [
-        (CRACK, None, {}, "it knows MohrCoulomb, not CohesiveCrack"),
+        (OTHER, None, {}, "it knows MohrCoulomb and CohesiveCrack, not XuNeedleman"),
+        (attrs.evolve(CRACK, softening=ExponentialSoftening()), None, {}, "the default softening of CohesiveCrack"),
         (attrs.evolve(LAW, residual_cohesion=1 * MPa), None, {}, "broken contacts without cohesion"),
         (LAW, gl.Specimen(CELLS.tessellate(rectangle(0.02, 0.05)), ROCK), {}, "whole grains, bonded everywhere"),
         (LAW, gl.Specimen(small_sample(20).grains, gl.Rigid(density=2700)), {}, "elastic grains of one material"),
@@ -292,8 +310,9 @@ def test_what_it_does_not_know_is_said(law, rock, targets, words):
     assert words in found
 
 
-def test_the_emulator_of_the_package_is_whole():
-    emulator = shipped()
+@pytest.mark.parametrize("law", FILES)
+def test_the_emulator_of_the_package_is_whole(law):
+    emulator = shipped(law)
     assert set(emulator.fits) == {"ucs", "tension", "brazilian", "steepness", "modulus", "poisson"}
     for fit in emulator.fits.values():
         assert len(fit.coefficients) == len(terms(len(fit.inputs)))

@@ -1,7 +1,8 @@
-"""What the targets say of Mohr-Coulomb contacts before any test: an emulator that comes with grainlaw.
+"""What the targets say of the contacts before any test: an emulator that comes with grainlaw for each of two laws.
 
-Even, whole, elastic grains of one material between brittle contacts; by similarity all that counts are ratios. Its
-numbers are in mohr_coulomb.json, made by tests/validation/emulator_study.py from a thousand rocks.
+Even, whole, elastic grains of one material between Mohr-Coulomb contacts or cohesive cracks; by similarity all that
+counts are ratios. The numbers are in mohr_coulomb.json and cohesive_crack.json, made by
+tests/validation/emulator_study.py from 1,000 and 700 rocks.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from grainlaw.calibration.stiffness_search import Stiffness, with_grains
 from grainlaw.calibration.targets import AIMS, Target, Targets, as_emulated, in_words, strength_at
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError
-from grainlaw.laws import MohrCoulomb
+from grainlaw.laws import CohesiveCrack, MohrCoulomb
 from grainlaw.material import Elastic
 from grainlaw.messages import enumeration
 from grainlaw.quantity import aligned
@@ -35,13 +36,18 @@ from grainlaw.short_form import rounded
 from grainlaw.specimen import Specimen
 from grainlaw.studies.envelope import angle_and_cohesion
 
-FILE = "mohr_coulomb.json"
+FILES: dict[Any, str] = {MohrCoulomb: "mohr_coulomb.json", CohesiveCrack: "cohesive_crack.json"}
 TRIED = 16384  #: points of the prior that are looked at
 STARTS = 60  #: of them the chains begin at
 DEGREE = 3  #: of the polynomials
 EVEN = 0.8  #: largest deviation of the areas of grains over their mean
-#: inputs beyond whose ends the value at the end is taken: of the specimen, and of stiffnesses that statics found
-CLIPPED = ("width", "slenderness", "pressure", "stiffness", "ratio")
+#: inputs beyond whose ends the value at the end is taken: of the specimen, of stiffnesses that statics found, and the
+#: length of a crack's energy, short of which bonds are brittle, and beyond which they keep their strength
+CLIPPED = ("width", "slenderness", "pressure", "stiffness", "ratio", "length")
+BEYOND = {
+    "stiffness": "kn times grain size over E", "ratio": "ks over kn",
+    "length": "the mode I energy times E over tensile strength squared and grain size",
+}  # fmt: skip
 WITHIN = 0.01  #: of the elastic targets: near enough
 WIDENED = 2.0  #: times as far from the middle as the posterior are the points that a search begins with
 COMPRESSIVE = ("ucs", "cohesion", "friction_angle")
@@ -105,9 +111,9 @@ class ShippedEmulator:
     fits: Mapping[str, Fit]
 
     @classmethod
-    def read(cls) -> ShippedEmulator:
-        """That of the package."""
-        given = json.loads(resources.files("grainlaw.calibration").joinpath(FILE).read_text("utf-8"))
+    def read(cls, law: Any) -> ShippedEmulator:
+        """That of the package for a class of laws."""
+        given = json.loads(resources.files("grainlaw.calibration").joinpath(FILES[law]).read_text("utf-8"))
         return cls(given["ends"], {name: Fit(**fit) for name, fit in given["fits"].items()})
 
     def __call__(self, name: str, inputs: Inputs) -> np.ndarray:
@@ -137,14 +143,17 @@ def known_targets(targets: Targets) -> dict[str, Target]:
 
 def why_unknown(space: Space, targets: Targets, specimens: Mapping[str, Specimen]) -> str:
     """Why the emulator knows nothing of this rock; empty where it does."""
-    if space.kind is not MohrCoulomb:
-        return f"it knows MohrCoulomb, not {space.kind.__name__}"
+    if space.kind not in FILES:
+        return f"it knows {enumeration(law.__name__ for law in FILES)}, not {space.kind.__name__}"
     law: Any = space.made(space.mapping(space.prior(1, 0)[0]))
-    fields = ("kn", "ks", "tensile_strength", "cohesion", "friction_angle", "residual_friction_angle")
-    if any(np.ndim(getattr(law, name)) for name in fields):
+    numbers = {field.name for field in attrs.fields(space.kind) if "unit" in field.metadata}
+    if any(np.ndim(getattr(law, name)) for name in numbers):
         return "it knows the same contacts between all grains"
-    if law.residual_cohesion or law.residual_tensile_strength:
+    if isinstance(law, MohrCoulomb) and (law.residual_cohesion or law.residual_tensile_strength):
         return "it knows broken contacts without cohesion"
+    for field in attrs.fields(space.kind):
+        if field.name not in numbers and getattr(law, field.name) != field.default:
+            return f"it knows the default {field.name.replace('_', ' ')} of {space.kind.__name__}"
     for specimen in specimens.values():
         grains, areas = specimen.grains, specimen.grains.areas
         if not isinstance(specimen.material, Elastic):
@@ -170,8 +179,8 @@ class FirstMatch:
     @functools.cached_property
     def _fixed(self) -> dict[str, float]:
         """Parameters of the law; those that are free or tied are of no use."""
-        law = self.space.made(self.space.mapping(self.space.prior(1, 0)[0]))
-        return {field.name: getattr(law, field.name) for field in attrs.fields(MohrCoulomb)}
+        law: Any = self.space.made(self.space.mapping(self.space.prior(1, 0)[0]))
+        return {field.name: getattr(law, field.name) for field in attrs.fields(type(law)) if "unit" in field.metadata}
 
     def inputs(self, points: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
         """Inputs of the emulator, not beyond its ends, and parameters of the law, for points (n, d)."""
@@ -183,9 +192,9 @@ class FirstMatch:
         """What of a point (d,) and of the specimens the emulator takes as at an end of what it knows, in words."""
         inputs = {name: float(value[0]) for name, value in self._inputs(point[None])[0].items()}
         found = []
-        for name, words in (("stiffness", "kn times grain size over E"), ("ratio", "ks over kn")):
-            low, high = self.emulator.ends[name]
-            if not low <= inputs[name] <= high:
+        for name, words in BEYOND.items():
+            low, high = self.emulator.ends.get(name, (-math.inf, math.inf))
+            if not low <= inputs.get(name, 0.0) <= high:
                 found.append(
                     f"{words} is {math.exp(inputs[name]):.3g}, it knows {math.exp(low):.3g} to {math.exp(high):.3g}"
                 )
@@ -207,6 +216,10 @@ class FirstMatch:
             "stiffness": np.log(given["kn"] * grain / modulus), "ratio": np.log(given["ks"] / given["kn"]),
             "strain": np.log(given["cohesion"] / modulus),
         }  # fmt: skip
+        if "mode_i_energy" in given:
+            opening, tension = given["mode_i_energy"], given["tensile_strength"]
+            inputs["length"] = np.log(opening * modulus / tension**2 / grain)  # of Hillerborg, over the grains' size
+            inputs["energies"] = np.log(given["mode_ii_energy"] / opening)
         return inputs, given
 
     def _size(self, shape: str, count: int) -> dict[str, np.ndarray]:
@@ -300,7 +313,7 @@ class FirstMatch:
         """(n,) whether the emulator knows rocks with these parameters."""
         inputs, _ = self.inputs(points)
         ends = self.emulator.ends
-        sizes = {name: np.full(len(points), ends[name][0]) for name in CLIPPED}
+        sizes = {name: np.full(len(points), ends[name][0]) for name in CLIPPED if name in ends}
         return self.emulator.knows({**inputs, **sizes})
 
     def implausibility(self, points: np.ndarray) -> np.ndarray:
@@ -468,7 +481,8 @@ def first_match(
     emulator: ShippedEmulator | None = None,
 ) -> FirstMatch:  # fmt: skip
     """The emulator of the package, or another one, beside the targets that it knows."""
-    return FirstMatch(space, known_targets(targets), targets.pressures, specimens, grains, emulator or shipped())
+    chosen = emulator or shipped(space.kind)
+    return FirstMatch(space, known_targets(targets), targets.pressures, specimens, grains, chosen)
 
 
 def looked_at(

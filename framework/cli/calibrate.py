@@ -219,7 +219,7 @@ def calibrate(
     test NAME --config" (calibrated-disc.toml with the discs of a Brazilian test). All tests are kept in the folder: a
     calibration that is stopped goes on with the same call. The exit code is 1 where targets are in conflict. With
     --first nothing is run or written: an emulator that comes with grainlaw tells what it expects of Mohr-Coulomb
-    contacts between even grains.
+    contacts or cohesive cracks between even grains.
     """
     with refusing():
         asked = calibration_of(file, assignments, quick, {"budget": budget, "seeds": seeds})

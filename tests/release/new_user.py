@@ -103,7 +103,8 @@ class NewUser:
         assert (empty / "out/report.html").stat().st_size > 100_000
         for words in (["schema"], ["test", "brazilian", "--template"]):
             assert len(self.do([own / "grainlaw", *words], empty)) > 1000, words
-        code = "import grainlaw as gl; from grainlaw.calibration.first_look import shipped; print(gl.rocks, shipped())"
+        load = "from grainlaw.calibration.first_look import FILES, shipped"
+        code = f"import grainlaw as gl; {load}; print(gl.rocks, *map(shipped, FILES))"
         self.do([own / "python", "-c", code], empty)
         return f"{wheel.name}, {wheel.stat().st_size / 1e6:.2f} MB"
 
