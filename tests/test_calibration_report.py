@@ -496,7 +496,7 @@ def test_what_trades_off_and_what_was_known_before_is_told(answered):
     one, other, _ = answered.space.names
     words = f"{one} and {other} trade off (correlation -0.86): together they are known better than each."
     assert [line for line in attrs.evolve(answered, identifiability=seen).verdicts if "trade off" in line] == [words]
-    assert answered.parameter_lines[0][4] == "of untested"
+    assert answered.parameter_lines[0][4] == "share of range"
     points = np.tile([9 * MPa, 30 * MPa, 40.0], (5, 1))
     match = FirstMatch(answered.space, {}, (), {}, 1.0, ShippedEmulator({}, {}))
     look = FirstLook(match, Posterior(points, points[0], 1.0), 1.0)

@@ -276,7 +276,7 @@ def _space(law: Any, free: Mapping[str, Any], tied: Mapping[str, Any], shapes: M
 
 def _statics(space: Space, shapes: Mapping, seeds: int, elastic: str) -> Statics:
     """What finds stiffnesses from modulus and Poisson's ratio, or one of them. Raises :class:`ParameterError`."""
-    law = space.made(space.mapping(space.prior(1, 0)[0]))
+    law = space.example
     if both := [name for name in stiffness_names(law) if name in space.names]:
         raise ParameterError(f"calibrate: '{both[0]}' is free, but it follows from the elastic targets")
     specimens: list[Specimen] = [shapes[PRISM](seed) for seed in range(1, seeds + 1)]

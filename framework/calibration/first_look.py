@@ -145,9 +145,9 @@ def why_unknown(space: Space, targets: Targets, specimens: Mapping[str, Specimen
     """Why the emulator knows nothing of this rock; empty where it does."""
     if space.kind not in FILES:
         return f"it knows {enumeration(law.__name__ for law in FILES)}, not {space.kind.__name__}"
-    law: Any = space.made(space.mapping(space.prior(1, 0)[0]))
-    numbers = {field.name for field in attrs.fields(space.kind) if "unit" in field.metadata}
-    if any(np.ndim(getattr(law, name)) for name in numbers):
+    law: Any = space.example
+    numbers = _numbers(law)
+    if any(map(np.ndim, numbers.values())):
         return "it knows the same contacts between all grains"
     if isinstance(law, MohrCoulomb) and (law.residual_cohesion or law.residual_tensile_strength):
         return "it knows broken contacts without cohesion"
@@ -165,6 +165,11 @@ def why_unknown(space: Space, targets: Targets, specimens: Mapping[str, Specimen
     return "" if known_targets(targets) else f"it knows none of the targets {', '.join(targets.tested)}"
 
 
+def _numbers(law: Any) -> dict[str, Any]:
+    """The parameters of a law that have a unit, by name."""
+    return {field.name: getattr(law, field.name) for field in attrs.fields(type(law)) if "unit" in field.metadata}
+
+
 @attrs.frozen(eq=False)
 class FirstMatch:
     """The emulator beside the targets: :class:`~grainlaw.calibration.matching.Match` without a test."""
@@ -179,8 +184,7 @@ class FirstMatch:
     @functools.cached_property
     def _fixed(self) -> dict[str, float]:
         """Parameters of the law; those that are free or tied are of no use."""
-        law: Any = self.space.made(self.space.mapping(self.space.prior(1, 0)[0]))
-        return {field.name: getattr(law, field.name) for field in attrs.fields(type(law)) if "unit" in field.metadata}
+        return _numbers(self.space.example)
 
     def inputs(self, points: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
         """Inputs of the emulator, not beyond its ends, and parameters of the law, for points (n, d)."""

@@ -53,27 +53,20 @@ def posterior(
     The prior is even over the ranges, of what has dimensions over their logarithm, where the law takes the parameters.
     A ``folder`` keeps them: what was asked before is not sampled again. Raises :class:`ParameterError` without emcee.
     """
-    file = _file(folder, match, start, seed, blocks)
-    with contextlib.suppress(OSError, ValueError, LookupError, EOFError, zipfile.BadZipFile):
-        if file is not None:
-            with np.load(file) as rows:
-                return Posterior(rows["points"], rows["best"], float(rows["effective"]))
+    if folder is None:
+        return _sampled(match, start, seed, blocks)
+    try:  # how likely the first points are tells all that samples depend on, beside the space
+        key = digest(sources_hash(), match.space, start, match.log_likelihood(start), seed, blocks)
+    except Unknown:
+        return _sampled(match, start, seed, blocks)
+    file = folder / f"{key}.npz"
+    with contextlib.suppress(OSError, ValueError, LookupError, EOFError, zipfile.BadZipFile), np.load(file) as rows:
+        return Posterior(rows["points"], rows["best"], float(rows["effective"]))
     found = _sampled(match, start, seed, blocks)
     with contextlib.suppress(OSError):  # they can be made again
-        if file is not None:
-            file.parent.mkdir(parents=True, exist_ok=True)
-            write_atomically(file, lambda part: np.savez(part, **attrs.asdict(found)), shared=True)
+        folder.mkdir(parents=True, exist_ok=True)
+        write_atomically(file, lambda part: np.savez(part, **attrs.asdict(found)), shared=True)
     return found
-
-
-def _file(folder: Path | None, match: Likelihood, start: np.ndarray, seed: int, blocks: int) -> Path | None:
-    """Where samples are kept, by how likely the points are at which they begin; None where they cannot be known."""
-    if folder is None:
-        return None
-    with contextlib.suppress(Unknown):
-        asked = match.space, start, match.log_likelihood(start), seed, blocks
-        return folder / f"{digest(sources_hash(), *asked)}.npz"
-    return None
 
 
 def _sampled(match: Likelihood, start: np.ndarray, seed: int, blocks: int) -> Posterior:

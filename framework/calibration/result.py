@@ -184,7 +184,7 @@ class Calibration(metaclass=Checked):
     def parameter_lines(self) -> list[list[str]]:
         """Best values, intervals, and widths of these over those without any test, with a heading."""
         known = self.first_look.posterior if self.first_look else None
-        heads = ["parameter", "best", "95 %", "half width", *(["by the first look"] if known else []), "of untested"]
+        heads = ["parameter", "best", "95 %", "half width", *(["by the first look"] if known else []), "share of range"]
         rows = [[*heads, ""]]
         assert self.identifiability is not None
         for k, (each, free) in enumerate(zip(self.identifiability.parameters, self.space.free, strict=True)):

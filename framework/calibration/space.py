@@ -122,6 +122,11 @@ class Space(metaclass=Checked):
             warnings.simplefilter("ignore", UnitWarning)  # told of the ranges
             return law_with(self.law, self.base, self.ties, values)
 
+    @property
+    def example(self) -> ContactLaw:
+        """One of the laws, for what all of them have in common. Raises :class:`ParameterError` where none is taken."""
+        return self.made(self.mapping(self.prior(1, 0)[0]))
+
     def mapping(self, point: np.ndarray) -> dict[str, float]:
         """A point by the names of its parameters."""
         return dict(zip(self.names, map(float, point), strict=True))

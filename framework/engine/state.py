@@ -84,7 +84,7 @@ class State(metaclass=Checked):
         self.steady = Steady(self.freedoms, self.heat)
         self._splits: dict[int, Split] = {}  #: by number of threads
         self._shared: dict[str, tuple[Split, Any, Table]] = {}  #: for whom, arrays and what was made of them, by part
-        self._last: Shared | None = None  #: of all parts
+        self._last: Shared | None = None  #: what the last steps were given of all parts
         self.on_device: Any = None  #: a device that does the steps, and the arrays in its memory
         self.search(self.displacement_at_forces())
 

@@ -132,7 +132,7 @@ def write(table, law, file):
         rock[f"{row['test']} strength"] = f"{strength:.5g}" if known else ""
         if row["test"] == "compression":
             rock |= dict(zip(MODULI, moduli(row, drawn) if known else ("", ""), strict=True))
-    is_new = not there(file)
+    is_new = not file.exists()
     with file.open("a", newline="", encoding="utf-8") as to:
         rows = csv.DictWriter(to, (*names, *(f"{test} strength" for test in TESTS), *MODULI), lineterminator="\n")
         if is_new:

@@ -322,8 +322,7 @@ def row_of_cracks(number):
 
 
 def headings(rock):
-    names = (AIMS[name].shown.words for name in rock.targets)
-    return (f"{name} (% off)" for name in names)
+    return (f"{AIMS[name].shown.words} (% off)" for name in rock.targets)
 
 
 PAGE = DOCS / "tables/calibration.md"
