@@ -60,6 +60,11 @@ def enumeration(names: Iterable[str]) -> str:
     return f"{', '.join(before)} and {last}" if before else last
 
 
+def spelled(name: str) -> str:
+    """A name of code in words, modes in Roman figures: ``mode_ii_energy`` is "mode II energy"."""
+    return " ".join({"i": "I", "ii": "II"}.get(word, word) for word in name.split("_"))
+
+
 def in_python(value: Any) -> str:
     """How a text such as "29 MPa" is written in Python, "; write 29 * MPa"; nothing for other texts and values."""
     found = QUANTITY.fullmatch(value) if isinstance(value, str) else None

@@ -10,7 +10,7 @@ from typing import Any
 import attrs
 
 from grainlaw.arguments import Checked
-from grainlaw.messages import refusal
+from grainlaw.messages import refusal, spelled
 from grainlaw.unit_text import factor_into
 
 THREE = "three digits"  #: in place of a form of Python
@@ -46,7 +46,7 @@ class Quantity(metaclass=Checked):
 
     @words.default
     def _name_with_blanks(self) -> str:
-        return self.name.replace("_", " ")
+        return spelled(self.name)
 
     @factor.default
     def _by_unit(self) -> float:

@@ -193,6 +193,17 @@ def test_rocks_beyond_its_ranges_are_not_likely():
     assert np.isfinite(match({"ucs": 120 * MPa}).log_likelihood(points)).tolist() == [True, False]
 
 
+def test_what_no_target_depends_on_excludes_no_rock():
+    """By similarity the strain at which contacts fail matters under confinement alone."""
+    soft = np.array([[2 * MPa, 6 * MPa, 40.0]])  # a ten thousandth of the modulus, half of the least it was taught
+    of = {"ucs": 25 * MPa, "tensile_strength": 1.5 * MPa, "brazilian_strength": 1.5 * MPa}
+    free, confined = (
+        attrs.evolve(match(targets), emulator=shipped(MohrCoulomb)) for targets in (of, of | {"friction_angle": 45})
+    )
+    assert free.known(soft).tolist() == [True]
+    assert confined.known(soft).tolist() == [False]
+
+
 # --- moduli -----------------------------------------------------------------------------------------------------------
 
 

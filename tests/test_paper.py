@@ -9,11 +9,12 @@ import pytest
 from click.testing import CliRunner
 from joint import Joint
 from paper import paper as command
-from paper_calibration import parameters, stored, targets_met, words_of
+from paper_calibration import parameters, stored, targets_met
 from paper_numbers import PAPER, Paper, contact_rows, cycle_work, macroscopic, statement
 from paper_runs import BRITTLE, CONFINEMENTS, CONSISTENT, LEAST, LOCAL, PRINTED, RULES, SEEDS, study
 from study_rows import row, table_of
 
+from grainlaw.messages import spelled
 from grainlaw.runs.elastic_properties import ElasticProperties
 from grainlaw.units import GPa, MPa
 
@@ -89,7 +90,7 @@ def test_what_is_stored_is_told(paper):
         assert f"{met} of 6 targets" in said
         for each in answer["identifiability"]["parameters"]:
             undetermined = each["verdict"] == "not determined"
-            assert (words_of(each["name"]) in said.partition(";")[2]) == undetermined
+            assert (spelled(each["name"]) in said.partition(";")[2]) == undetermined
     table = {words: cells for words, *cells in parameters(stored())}
     assert "mode I energy" in table
     assert table["tensile strength"][0] == "13 MPa"

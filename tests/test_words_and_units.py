@@ -14,6 +14,7 @@ from grainlaw.cli.setups import SETUPS
 from grainlaw.columns import ENERGIES, ENERGY, EVERY_TEST, SHARED, STAGE, quantity_of
 from grainlaw.engine.ageing import columns
 from grainlaw.laws import Linear
+from grainlaw.messages import spelled
 from grainlaw.protocols import Brazilian, Cyclic, DirectShear, FreeMotion, Saturated
 from grainlaw.unit_text import without_prefixes
 
@@ -69,6 +70,11 @@ def test_numbers_of_free_bodies_are_declared():
     found = names_of(small_sample(12), Linear(**STIFF), move)
     assert {each for each in found if quantity_of(each, own) == gl.Quantity(each)} == set()
     assert quantity_of("rotation_0", own).heading == "rotation 0 (rad)"
+
+
+def test_modes_are_spelled_in_roman_figures():
+    assert spelled("mode_ii_energy") == "mode II energy"
+    assert gl.Quantity("mode_i_energy", "J/m2").words == "mode I energy"
 
 
 def test_shared_names_have_words_of_their_own_and_a_unit_that_is_known():

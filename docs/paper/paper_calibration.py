@@ -17,6 +17,7 @@ from grainlaw.calibration.targets import AIMS, Target, Targets
 from grainlaw.cli.default_rock import LAWS
 from grainlaw.contact import ContactLaw
 from grainlaw.laws import CohesiveCrack
+from grainlaw.messages import spelled
 from grainlaw.results.tables import write_json
 from grainlaw.specimen import Specimen
 from grainlaw.unit_text import written
@@ -118,14 +119,9 @@ def parameters(found: Mapping[str, Any]) -> list[list[str]]:
     units = {field.name: field.metadata.get("unit", "") for field in attrs.fields(CohesiveCrack)}
     for name in names:
         of_laws = (parameter_cell(answer, name, units[name]) for answer in found.values())
-        rows.append([words_of(name), _value(getattr(table_1, name), units[name]), *of_laws])
+        rows.append([spelled(name), _value(getattr(table_1, name), units[name]), *of_laws])
     rows.append(["modulus of the grains, over Table 1", "1", *(f"{answer['grains']:.4g}" for answer in found.values())])
     return rows
-
-
-def words_of(name: str) -> str:
-    """A parameter in words, modes in Roman figures."""
-    return name.replace("_", " ").replace("mode ii ", "mode II ").replace("mode i ", "mode I ")
 
 
 def parameter_cell(answer: Mapping[str, Any], name: str, unit: str) -> str:

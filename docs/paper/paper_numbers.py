@@ -9,10 +9,11 @@ from typing import Any
 import attrs
 import numpy as np
 from joint import Joint, Row, softening
-from paper_calibration import verdict_of, words_of
+from paper_calibration import verdict_of
 from paper_runs import BREAKING, CONFINEMENTS, CONSISTENT, LOCAL, PRINTED, RULES, SEEDS
 
 from grainlaw.laws import BandisClosure, CohesiveCrack, TensionShear
+from grainlaw.messages import spelled
 from grainlaw.runs.elastic_properties import ElasticProperties
 from grainlaw.runs.flutter import Flutter
 from grainlaw.studies.envelope import MohrCoulombFit, fit_mohr_coulomb
@@ -174,7 +175,7 @@ def statement(paper: Paper) -> list[str]:
         verdicts = {each["name"].replace("_", " "): verdict_of(each) for each in checks}
         others = [f"{name} {verdict}" for name, verdict in verdicts.items() if verdict != "met"]
         known = answer.get("identifiability", {}).get("parameters", ())
-        unknown = [words_of(each["name"]) for each in known if each["verdict"] == "not determined"]
+        unknown = [spelled(each["name"]) for each in known if each["verdict"] == "not determined"]
         found.append(
             f"{law}, calibrated: {len(checks) - len(others)} of {len(checks)} targets are met on fresh seeds"
             + (f", {', '.join(others)}" if others else "")

@@ -17,6 +17,7 @@ from grainlaw.calibration.emulator import restored
 from grainlaw.calibration.targets import AIMS
 from grainlaw.drawing.figure import Figure
 from grainlaw.drawing.palette import BLACK, BLUE, VERMILLION
+from grainlaw.messages import spelled
 from grainlaw.studies.envelope import fit_mohr_coulomb
 from grainlaw.unit_text import factor_into, written
 
@@ -254,7 +255,7 @@ def _unit(free: Free) -> str:
 
 
 def _label(free: Free) -> str:
-    words, unit = free.name.replace("_", " "), _unit(free)
+    words, unit = spelled(free.name), _unit(free)
     return f"{words} ({unit})" if unit else words
 
 

@@ -30,7 +30,7 @@ from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError
 from grainlaw.laws import CohesiveCrack, MohrCoulomb
 from grainlaw.material import Elastic
-from grainlaw.messages import enumeration
+from grainlaw.messages import enumeration, spelled
 from grainlaw.quantity import aligned
 from grainlaw.short_form import rounded
 from grainlaw.specimen import Specimen
@@ -122,8 +122,8 @@ class ShippedEmulator:
         return features(places(inputs, fit.inputs, self.ends)) @ fit.coefficients
 
     def knows(self, inputs: Inputs) -> np.ndarray:
-        """(n,) whether the inputs are in their ranges."""
-        return np.all([(inputs[n] >= low) & (inputs[n] <= high) for n, (low, high) in self.ends.items()], axis=0)
+        """(n,) whether these inputs are in their ranges."""
+        return np.all([(each >= self.ends[n][0]) & (each <= self.ends[n][1]) for n, each in inputs.items()], axis=0)
 
     def clipped(self, name: str, value: Any) -> np.ndarray:
         return np.clip(value, *self.ends[name])
@@ -153,7 +153,7 @@ def why_unknown(space: Space, targets: Targets, specimens: Mapping[str, Specimen
         return "it knows broken contacts without cohesion"
     for field in attrs.fields(space.kind):
         if field.name not in numbers and getattr(law, field.name) != field.default:
-            return f"it knows the default {field.name.replace('_', ' ')} of {space.kind.__name__}"
+            return f"it knows the default {spelled(field.name)} of {space.kind.__name__}"
     for specimen in specimens.values():
         grains, areas = specimen.grains, specimen.grains.areas
         if not isinstance(specimen.material, Elastic):
@@ -314,11 +314,12 @@ class FirstMatch:
         return means - wanted, covariance + np.diag(variance)
 
     def known(self, points: np.ndarray) -> np.ndarray:
-        """(n,) whether the emulator knows rocks with these parameters."""
+        """(n,) whether the emulator knows rocks with these parameters; no input matters on which no target depends."""
         inputs, _ = self.inputs(points)
-        ends = self.emulator.ends
-        sizes = {name: np.full(len(points), ends[name][0]) for name in CLIPPED if name in ends}
-        return self.emulator.knows({**inputs, **sizes})
+        asked = {"ucs", *(of for of, target in TENSILE.items() if target in self.targets)}
+        asked |= {"steepness"} if self._confinements else set()
+        needed = {name for each in asked for name in self.emulator.fits[each].inputs}
+        return self.emulator.knows({name: inputs[name] for name in needed.difference(CLIPPED)})
 
     def implausibility(self, points: np.ndarray) -> np.ndarray:
         """(n, t) of each target."""

@@ -26,7 +26,7 @@ from grainlaw.calibration.trials import Failure, shape_of, tests_of
 from grainlaw.calibration.waves import SearchResult
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError
-from grainlaw.messages import enumeration, refusal
+from grainlaw.messages import enumeration, refusal, spelled
 from grainlaw.quantity import aligned
 from grainlaw.results.files import writable_folder, write_atomically, write_text
 from grainlaw.results.tables import latex_lines, write_json
@@ -334,7 +334,7 @@ class Calibration(metaclass=Checked):
         """The parameters, and their check on fresh specimens, as tables for a paper (LaTeX, package booktabs)."""
         tables = []
         if self.identifiability:
-            tables.append([[name.replace("_", " "), *rest] for name, *rest in self.parameter_lines])
+            tables.append([[spelled(name), *rest] for name, *rest in self.parameter_lines])
         if self.checks:
             tables.append(self._printed)
         return "\n\n".join(map(latex_lines, tables))
@@ -345,7 +345,7 @@ class Calibration(metaclass=Checked):
         ends = {shape: f"{seeds[0]} to {seeds[-1]}" for shape, seeds in self.tried.items()}
         if len({*ends.values()}) == 1:
             return next(iter(ends.values()))
-        return ", ".join(f"{words} ({shape.replace('_', ' ')})" for shape, words in ends.items()) or "of their own"
+        return ", ".join(f"{words} ({spelled(shape)})" for shape, words in ends.items()) or "of their own"
 
     @property
     def known_to(self) -> dict[str, Known]:

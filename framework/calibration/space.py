@@ -61,9 +61,11 @@ class Free:
         return (value - self.low) / (self.high - self.low)
 
     def half(self, best: float, ends: Sequence[float]) -> str:
-        """Half of an interval, over the best where equal factors count alike, in words."""
+        """Half of an interval, over the best where equal factors count alike, in words; a factor where it is larger."""
         half = (ends[1] - ends[0]) / 2
-        return f"± {100 * half / best:.0f} %" if self.is_log else f"± {short_form.rounded(half, self.unit, 2)}"
+        if not self.is_log:
+            return f"± {short_form.rounded(half, self.unit, 2)}"
+        return f"± {100 * half / best:.0f} %" if half < best else f"within a factor of {(ends[1] / ends[0]) ** 0.5:.2g}"
 
     def between(self, ends: Sequence[float]) -> str:
         """An interval in words."""

@@ -16,7 +16,7 @@ from grainlaw.calibration.space import Tie, law_with, rounded
 from grainlaw.calibration.stiffness_search import with_grains
 from grainlaw.calibration.targets import AIMS, BENDING, BRAZILIAN, COMPRESSION, CONFINED, TENSION, TESTS, needed_tests
 from grainlaw.fields import ParameterError
-from grainlaw.messages import nearest, refusal, short
+from grainlaw.messages import nearest, refusal, short, spelled
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols import BiaxialCompression, Brazilian, SemiCircularBend, UniaxialCompression, UniaxialTension
 from grainlaw.results.standard_measures import MEASURES
@@ -294,5 +294,5 @@ def _why_none(row: Mapping[str, Any], test: Any) -> str:
         return f"{row['status']}: {row['reason']}"
     for column, limit in COURSES.items():
         if column in row and (row[column] is None or math.isnan(row[column])):
-            return f"no failure up to the {limit.replace('_', ' ')} of {getattr(test, limit):.4g}"
+            return f"no failure up to the {spelled(limit)} of {getattr(test, limit):.4g}"
     return ""

@@ -12,10 +12,11 @@ from functools import partial
 from study_tables import DOCS, Table, main
 
 from grainlaw.calibration.targets import AIMS
+from grainlaw.messages import spelled
 
 sys.path.insert(0, str(DOCS / "examples"))
 sys.path.insert(0, str(DOCS / "paper"))
-from paper_calibration import checked_cell, parameter_cell, words_of
+from paper_calibration import checked_cell, parameter_cell
 from published_rocks import ROCKS, STORED
 
 FOUND = json.loads(STORED.read_text("utf-8"))
@@ -65,7 +66,7 @@ def measured(rock):
 
 def table(rock):
     rows = {AIMS[name].shown.heading: partial(quantity, rock, name) for name in measured(rock)}
-    rows |= {f"contacts: {words_of(name)}": partial(parameter, rock, name) for name in UNITS}
+    rows |= {f"contacts: {spelled(name)}": partial(parameter, rock, name) for name in UNITS}
     rows |= {"contacts: ks / kn": partial(stiffness, rock), "targets in conflict": partial(conflict, rock)}
     rows |= {"CPU hours": partial(cost, rock)}
     return Table(

@@ -14,7 +14,7 @@ from grainlaw.columns import quantity_of
 from grainlaw.drawing.figure import Figure, LengthUnit, given_or_new, to_scale
 from grainlaw.drawing.palette import BLACK, VERMILLION
 from grainlaw.fields import checked_vector
-from grainlaw.messages import refusal
+from grainlaw.messages import refusal, spelled
 from grainlaw.quantity import Quantity
 from grainlaw.results.figures.cracks import count_below, draw_deformed, how_far, round_below, unit_of
 from grainlaw.results.frames import Frame
@@ -101,7 +101,7 @@ def _quantity(field: str) -> Quantity:
     if whole in OF_NODES:
         return attrs.evolve(quantity_of(whole), name=field, words=f"{whole} along {axis}")
     if field in STRESSES:
-        return Quantity(field, "MPa", words=f"{field.replace('_', ' ')}, tension positive")
+        return Quantity(field, "MPa", words=f"{spelled(field)}, tension positive")
     return quantity_of(field)
 
 
