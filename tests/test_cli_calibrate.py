@@ -298,6 +298,55 @@ def test_the_rock_that_was_found_is_a_file_that_runs(tmp_path):
     assert made.law == law
     assert made.specimen.material == stiff
     assert made.specimen.grains.count == 20
+
+
+def test_the_minerals_and_the_class_that_were_calibrated_are_in_its_file(tmp_path):
+    """The rock between its minerals was left out, and so were the class of a mineral and the file of a material."""
+    (tmp_path / "mine.py").write_text(
+        "import grainlaw as gl\n\n\nclass Rock(gl.Elastic):\n    pass\n\n\n"
+        "hard = Rock(youngs_modulus=80e9, poissons_ratio=0.1, density=2600)\n"
+    )
+    text = FILE.replace(
+        "[law]",
+        """minerals = {quartz = 0.6, mica = 0.3, old = 0.1}
+
+[rock]
+type = "mine.py:hard"
+youngs_modulus = "90 GPa"
+
+[rocks.mica]
+type = "transversely-isotropic"
+youngs_modulus = "60 GPa"
+youngs_modulus_across = "30 GPa"
+poissons_ratio = 0.2
+poissons_ratio_across = 0.15
+shear_modulus_across = "14 GPa"
+density = "2750 kg/m3"
+foliation_angle = 30
+
+[rocks.old]
+youngs_modulus = "45 GPa"
+
+[law]""",
+    )
+    asked = calibration_of(written(tmp_path, text))
+    answer = SimpleNamespace(
+        law=asked.given["law"], rock=lambda rock: rock, write=lambda folder: None, is_plausible=True, tried=(13, 14),
+        typical=lambda shape: (1, "seed 1"),
+    )  # fmt: skip
+    folder = tmp_path / "answer"
+    folder.mkdir()
+    _write(answer, asked, folder)
+    known = asked.specimens["prism"](1).material
+    (tmp_path / "mine.py").unlink()
+    made = configured("uniaxial-tension", read_file(folder / "calibrated.toml"))
+    assert {name: attrs.asdict(rock) for name, rock in made.specimen.material.items()} == {
+        name: attrs.asdict(rock) for name, rock in known.items()
+    }
+    assert made.specimen.material[...].youngs_modulus == 90 * GPa
+    assert [type(made.specimen.material[name]).__name__ for name in ("mica", "old")] == [
+        "TransverselyIsotropic", "Rock",
+    ]  # fmt: skip
     assert not (tmp_path / "calibrated-disc.toml").exists()
 
 

@@ -204,6 +204,41 @@ def test_a_speed_that_changes_counts_its_time_from_its_stage():
     assert (state.displacement - before)[top, 1] == pytest.approx(np.full(len(top), 0.5 * 2e-6), rel=1e-9)
 
 
+def test_a_platen_under_a_force_takes_part_in_a_change_of_velocity():
+    """A second step must not find the platen as it was before: momentum is what the change gave."""
+    state = state_of(small_sample(6), Linear(**STIFF))
+    impose(state, [gl.loads.Hold(boundary="top", axis=1, stress=0.0)])
+    advance(state, 1, 1e-9)
+    state.change_velocity(np.repeat([[0.0], [1.0]], state.freedoms.arrays.velocity.shape[1], axis=1))
+    advance(state, 1, 1e-9)
+    freedoms = state.freedoms.arrays
+    assert np.sum(freedoms.mass[1] * freedoms.velocity[1]) == pytest.approx(np.sum(freedoms.mass[1]), rel=1e-12)
+    assert state.platens.arrays.velocity[0] == pytest.approx([1.0], rel=1e-6)
+
+
+def test_a_platen_needs_a_freedom_that_is_not_fixed():
+    sample = small_sample(6)
+    top = np.unique(sample.mesh.node_grain[sample.mesh.boundaries["top"]]).tolist()
+    with pytest.raises(
+        gl.ParameterError,
+        match="Hold: boundary = 'top' is not allowed, it must be a boundary with a node that is free along axis 1",
+    ):
+        impose(
+            state_of(sample, Linear(**STIFF)),
+            [gl.loads.Hold(boundary="top", axis=1, stress=-1e6), gl.loads.Fixed(grains=top)],
+        )
+
+
+def test_the_largest_load_is_a_force_not_a_moment():
+    """Of rigid grains of 1 km: what bears 160 GN has moments of 12 TN m."""
+    sample = small_sample(8, width=2000.0, height=4000.0, material=gl.Rigid(density=2700))
+    state = state_of(sample, Linear(**STIFF))
+    impose(state, [gl_drive("top", axis=1, speed=-0.1), gl_drive("bottom", axis=1, speed=0.0)])
+    advance(state, 400, 1e-5)
+    largest = max(np.linalg.norm(state.reaction(boundary)) for boundary in ("top", "bottom"))
+    assert state.boundaries.largest_load() == pytest.approx(largest, rel=1e-6)
+
+
 def test_the_ledger_knows_the_work_of_a_pressure_between_stages():
     curves = gl.simulate(small_sample(), Linear(**STIFF), InParts()).curves
     supplied = curves[ENERGY + SUPPLIED]

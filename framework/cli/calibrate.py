@@ -18,15 +18,17 @@ from grainlaw.calibration.stiffness_search import CONTACTS
 from grainlaw.calibration.targets import AIMS, Targets, needed_tests
 from grainlaw.calibration.trials import DISC, HALF_DISC, PRISM, SHAPES, USUAL
 from grainlaw.cli.answers import answer, json_option
-from grainlaw.cli.components import evolved, own, refuse_unknown, settings
+from grainlaw.cli.components import evolved, refuse_unknown, settings
 from grainlaw.cli.configuration import Configuration, configured, write_config
 from grainlaw.cli.law_copy import copied
+from grainlaw.cli.minerals import section_of
 from grainlaw.cli.running import contents, end_stopped, refusing
 from grainlaw.cli.sections import Sections, assign, checked_sections, read_tables
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError, whole_number
 from grainlaw.messages import nearest, refusal
 from grainlaw.results.files import warn, writable_folder
+from grainlaw.runs.claim import MATERIAL_FILES
 from grainlaw.runs.progress_file import read
 from grainlaw.runs.stopping import Stopped
 from grainlaw.specimen import Specimen
@@ -288,16 +290,16 @@ def _write(found: Calibration, asked: CalibrationFile, folder: Path) -> None:
 
 
 def _write_rock(found: Calibration, chosen: Configuration, file: Path, about: str) -> None:
-    sections = {name: section for name, section in chosen.sections.items() if name not in ("test", "rock", "rocks")}
+    sections = {name: section for name, section in chosen.sections.items() if name != "test"}
     material = found.rock(chosen.specimen).material
-    if isinstance(material, Mapping):
-        sections["rocks"] = {str(name): own(settings(rock)) for name, rock in material.items() if name is not ...}
-    else:
-        sections["rock"] = settings(material)
-    if "cite" in chosen.sections["rock"]:
-        sections["rock"] = sections.get("rock", {}) | {"cite": chosen.sections["rock"]["cite"]}
-    law_there, _ = copied(chosen.sections["law"]["type"], chosen.law_files, file.parent)
+    minerals = dict(material) if isinstance(material, Mapping) else {...: material}
+    rock = minerals.pop(...)
+    law_there, _ = copied(sections["law"]["type"], chosen.law_files, file.parent)
+    rock_there, _ = copied(sections["rock"]["type"], chosen.material_files, file.parent, MATERIAL_FILES)
     sections["law"] = settings(found.law, ContactLaw) | {"type": law_there}
+    sections["rock"] = sections["rock"] | settings(rock) | {"type": rock_there}  # it may have what to cite
+    if minerals:
+        sections["rocks"] = section_of(minerals, rock)
     if not chosen.numerics.refinement:
         del sections["numerics"]  # which a rock by file has not
     write_config(file, "NAME", sections, about)

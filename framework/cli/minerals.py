@@ -78,7 +78,7 @@ def _cracked(tessellator: Tessellator, given: Any, seed: Any) -> tuple[Tessellat
     pairs = table.get("between")
     if pairs is None:
         return Cracked(tessellator, seed=seed, **numbers), numbers
-    if isinstance(pairs, str) or not all(isinstance(pair, str) and pair.count("/") == 1 for pair in pairs):
+    if not isinstance(pairs, list) or not all(isinstance(pair, str) and pair.count("/") == 1 for pair in pairs):
         raise refusal(f"{where}.between", pairs, "a list like ['quartz/mica']")
     made = Cracked(tessellator, between=[tuple(pair.split("/")) for pair in pairs], seed=seed, **numbers)
     return made, {**numbers, "between": list(pairs)}
@@ -114,9 +114,13 @@ def materials(rock: Material | Rigid, given: Mapping[str, Any]) -> tuple[Any, di
                 f"{where}.type = {table['type']!r} is not allowed, a material of a file must be that of rock.type"
             )
         made[name] = component(Material, table, where, rock)
-    shown = {name: settings(each) for name, each in made.items()}
-    section = {name: own(shown[name]) if type(each) is type(rock) else shown[name] for name, each in made.items()}
-    return {**made, ...: rock}, section
+    return {**made, ...: rock}, section_of(made, rock)
+
+
+def section_of(minerals: Mapping[str, Material], rock: Material) -> dict[str, Any]:
+    """The section [rocks] of these minerals beside [rock]: with their types, where these are others."""
+    shown = {name: settings(each) for name, each in minerals.items()}
+    return {name: own(shown[name]) if type(each) is type(rock) else shown[name] for name, each in minerals.items()}
 
 
 def laws_by_key(

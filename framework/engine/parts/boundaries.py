@@ -8,7 +8,7 @@ import numpy as np
 
 from grainlaw.engine.parts.drives import Drives
 from grainlaw.engine.parts.freedoms import Nodes
-from grainlaw.engine.parts.imposed import Imposed
+from grainlaw.engine.parts.imposed import STILL, Imposed
 from grainlaw.engine.parts.part import Changing, Moment, Part
 from grainlaw.loads import Driven
 from grainlaw.mesh import Mesh
@@ -35,9 +35,13 @@ class Boundaries(Part):
         self.new_sample()
 
     def largest_load(self) -> float:
-        """N per metre: the largest force of one drive, mean over the steps since the last sample."""
+        """N per metre: the largest force of one drive, mean over the steps since the last sample.
+
+        What holds turns and fixed grains still is not of a drive, and has moments.
+        """
         driven, steps = self._drives.arrays, max(int(self.books.samples[0]), 1)
-        return float(np.abs(np.bincount(driven.column, driven.total, 1)).max()) / steps
+        forces = np.bincount(driven.column, driven.total, STILL + 1)[STILL + 1 :]
+        return float(np.abs(forces).max(initial=0.0)) / steps
 
     def reaction(self, boundary: str) -> np.ndarray:
         """(2,) N per metre, reaction of the drives of a boundary, mean over the steps since the last sample."""

@@ -15,6 +15,7 @@ from grainlaw.engine.parts.imposed import Imposed
 from grainlaw.engine.parts.part import Changing, Constant, Moment, Part, Split
 from grainlaw.loads import Forced
 from grainlaw.mesh import Mesh
+from grainlaw.messages import refusal
 
 
 class PlatenArrays(NamedTuple):
@@ -79,12 +80,14 @@ class Platens(Part):
 
     def take_up(self) -> None:
         """Give each platen the mass and the momentum of the freedoms on its boundary."""
-        f, driven, lengths = self._freedoms.arrays, self._drives.arrays, self._mesh.boundary_lengths
+        f, lengths = self._freedoms.arrays, self._mesh.boundary_lengths
         holds = [(self._imposed.column(hold), hold) for hold in self._imposed.of(Forced)]
         rows = {name: np.zeros((1, len(holds))) for name in MOTION}
-        for k, (column, _) in enumerate(holds):
-            mine = driven.column == column
-            place = driven.row[mine], driven.place[mine]
+        for k, (column, hold) in enumerate(holds):
+            place = self._freedoms_of(column)
+            if not len(place[0]):
+                wanted = f"a boundary with a node that is free along axis {hold.axis}: others hold all of them"
+                raise refusal(f"{type(hold).__name__}: boundary", hold.boundary, wanted)
             rows["velocity"][0, k] = np.average(f.velocity[place], weights=f.mass[place])
             rows["mass"][0, k] = f.mass[place].sum()
         rows["free"][:] = 1.0
@@ -98,11 +101,19 @@ class Platens(Part):
 
     def follow(self, change: np.ndarray) -> None:
         """Add to each platen's velocity the mean of what was added to its freedoms, ``change`` (r, n) m/s."""
-        at, mass = self._drives.arrays, self._freedoms.arrays.mass
+        if not len(self):
+            return
+        velocity, mass = self.arrays.velocity.copy(), self._freedoms.arrays.mass
         for k, column in enumerate(self.arrays.column.tolist()):
-            mine = at.column == column
-            place = at.row[mine], at.place[mine]
-            self.arrays.velocity[0, k] += np.average(change[place], weights=mass[place])
+            place = self._freedoms_of(column)
+            velocity[0, k] += np.average(change[place], weights=mass[place])
+        self.arrays = self.arrays._replace(velocity=velocity)  # other arrays: what the threads share is made anew
+
+    def _freedoms_of(self, column: int) -> tuple[np.ndarray, np.ndarray]:
+        """Rows and places of the freedoms that follow a column of the schedule."""
+        driven = self._drives.arrays
+        mine = driven.column == column
+        return driven.row[mine], driven.place[mine]
 
     def __len__(self) -> int:
         return len(self.arrays.column)
