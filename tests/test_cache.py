@@ -185,6 +185,18 @@ def test_what_is_found_on_disk_is_not_compiled(afresh, monkeypatch):
     assert afresh() == 3
 
 
+def test_code_knows_in_which_order_a_table_has_its_names(cache, monkeypatch):
+    """Types of compiled code say nothing of them: code for another order read one number for the other."""
+    monkeypatch.setenv("GRAINLAW_CACHE", str(cache))
+    pair, turned = (NamedTuple("Pair", [(name, int) for name in names]) for names in ("ab", "ba"))
+    found = [entry.Kernel(_its_a)(Table(kind(a=1, b=2)), 0) for kind in (pair, turned, pair)]
+    assert found == [1, 1, 1]
+
+
+def _its_a(table, _):
+    return table[0].a
+
+
 def full(*_):
     raise OSError(errno.EROFS, "Read-only file system")
 

@@ -33,6 +33,7 @@ def test_a_target_is_a_value_or_a_value_with_its_uncertainty():
         ({"friction_angle": 90}, r"friction_angle = 90.* must be below 90"),
         ({"friction_angle": -3}, "friction_angle = -3 deg is not allowed"),
         ({"poissons_ratio": 0.5}, "poissons_ratio = 0.5.* below 0.5"),
+        ({"poissons_ratio": 0.0}, "poissons_ratio = 0.0.* not 0, as it is met to a share of itself"),
         ({"ucs": -1e6}, r"ucs = -1e\+06|ucs = -1000000.0 Pa"),
         ({"ucs": (1e8, -1)}, "ucs: uncertainty = -1"),
         ({"ucs": "120 MPa"}, r"ucs = '120 MPa' is not allowed, it must be a number \(Pa\)"),

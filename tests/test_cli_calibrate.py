@@ -118,6 +118,9 @@ def test_targets_have_units():
         ("[law]", "[numerics]\nmass_scaling = 2\n[law]", "there is no 'numerics.mass_scaling'"),
         ("[targets]", "[test]\ntype = 'brazilian'\n[targets]", "there is no section 'test' in a calibration"),
         ("[calibration]", "[calibration]\nalso = ['strength']", "also: there is no quantity 'strength'"),
+        ("[calibration]", "[calibration]\nalso = 3", "Settings: also = 3 is not allowed, it must be a list"),
+        ("tension = {samples = 60}", "tension = 60", "tests.tension = 60 is not allowed, it must be a table"),
+        ("[law]", "[disc]\nfile = 'a.tess'\n[law]", "disc.file is not allowed: seeds must make other grains"),
         ('"5 MPa"', '"5 MPa"\nfriction_angle = 95', "friction_angle = 95.0 is not allowed, it must be below 90"),
     ],
 )

@@ -24,6 +24,7 @@ from grainlaw.compiler.numba_private import python_function
 from grainlaw.engine import device, device_table, step, stepping
 from grainlaw.engine.device import Components
 from grainlaw.engine.model import Model
+from grainlaw.engine.parts import material_passes
 from grainlaw.engine.parts.part import Changing, Told, declared
 from grainlaw.engine.state import State
 from grainlaw.materials import MohrCoulombPlastic, Thermal
@@ -276,6 +277,24 @@ def test_the_kernel_is_compiled_for_a_device_and_kept(tmp_path, monkeypatch):
     monkeypatch.setattr(cuda_private, "compile_kernel", None)  # the second time it is on disk
     Driverless().run(state_of(*rock(8 * MPa, 4, 1)), integrator, chunk, numbers)
     assert launched[1] == (code, name)
+
+
+@installed
+def test_the_key_of_a_kernel_knows_what_stands_there_in_place_of_others(monkeypatch):
+    """Materials by their names, not by an address, and one node after the other, which the processor's step has not."""
+    integrator = compile_integrator(gl.integration.CentralDifference())
+    chunk = step.Chunk(1, 0, 1e-8, np.zeros((1, 3)), np.zeros((1, 3)), integrator.address, 0)
+
+    def key():
+        asked = []
+        monkeypatch.setattr(device, "code_kept", lambda key, what: asked.append(key) or ({"kernel": ""}, b""))
+        Driverless().run(state_of(*rock(8 * MPa, 4, 1)), integrator, chunk, np.append(integrator.numbers, 1e-8))
+        return asked[0]
+
+    first = key()
+    assert key() == first
+    monkeypatch.setattr(material_passes, "find_strain", material_passes.gather_motion)
+    assert key() != first
 
 
 @installed

@@ -120,6 +120,9 @@ def test_a_study_over_confinement(tmp_path):
     assert found.summary["strength"][1] == pytest.approx(found.strengths[[1, 3], 1].mean())
     assert found.summary["slope"] == found.mohr_coulomb.slope > 1
     assert [(test["law"], test["seed"]) for test in found.summary["tests"]] == [("brittle", k) for k in (1, 1, 2, 2)]
+    few = table.where(law="brittle")
+    few.rows[3].update(confinement=9e6, strength=None)  # as where no specimen fails under a confinement
+    assert len(gl.StrengthEnvelope(few).plot().axes[0].lines) == 4
     curves, peaks = found.plot().axes
     assert [line.get_linestyle() for line in curves.lines] == ["-", "-", "--", "--"]  # by the seed
     assert np.array_equal(curves.lines[3].get_ydata(), alone.curves["stress"] * 1e-6)

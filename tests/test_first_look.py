@@ -289,6 +289,11 @@ def test_a_rock_is_found_by_its_strengths():
     assert "tensile strength (MPa)" in str(found)
 
 
+def test_a_line_needs_a_confinement():
+    with pytest.raises(gl.ParameterError, match="first_look: cohesion or friction_angle needs confinements"):
+        gl.first_look(gl.Targets(cohesion=30 * MPa, tensile_strength=7 * MPa), LAW, FREE, specimen)
+
+
 def test_what_no_parameters_can_give_is_said():
     asked = match({"ucs": 2000 * MPa}, error=0.01)
     found = looked_at(asked.space, gl.Targets(ucs=2000 * MPa), asked.specimens, None, 0, asked.emulator)

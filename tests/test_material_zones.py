@@ -3,11 +3,12 @@
 import attrs
 import numpy as np
 import pytest
-from support import BRITTLE, PULL, ROCK, STIFF, nodal_forces, small_sample, state_of
+from support import BRITTLE, PULL, ROCK, STIFF, advance, nodal_forces, small_sample, state_of
 from test_determinism import assert_same_bits
 from toy_materials import ALIKE, CUBIC, YIELDING, each_its_own
 
 import grainlaw as gl
+from grainlaw.engine import stepping
 from grainlaw.engine.ledger import energies
 from grainlaw.engine.parts.material_passes import BLOCK
 from grainlaw.laws import Linear
@@ -51,6 +52,29 @@ def test_forces_are_the_gradient_of_the_energy_without_isotropy():
     little = 1e-9
     slope = (stored(place + little * direction)[0] - stored(place - little * direction)[0]) / (2 * little)
     assert slope == pytest.approx(-(forces * direction).sum(), rel=1e-6)
+
+
+@attrs.frozen(kw_only=True)
+class Iterated(type(CUBIC)):
+    """With a loop in its stress, as of one that is found step by step."""
+
+    def stress(self, exx, eyy, exy):
+        shear = 0.0
+        while shear < 2 * self.c44 * abs(exy):
+            shear = 2 * self.c44 * abs(exy)
+        return self.c11 * exx + self.c12 * eyy, self.c12 * exx + self.c11 * eyy, np.copysign(shear, exy)
+
+
+@pytest.mark.thorough
+def test_a_run_in_a_material_with_a_loop_can_be_interrupted(monkeypatch):
+    """Which is where compiled code runs in a thread of its own."""
+    apart = []
+    monkeypatch.setattr(stepping, "interruptible", lambda do: apart.append(1) or do())
+    for kind, count in ((Iterated, 1), (type(CUBIC), 0)):
+        state = state_of(small_sample(4, material=kind(**attrs.asdict(CUBIC))), Linear(**STIFF))
+        apart.clear()
+        advance(state, 3)
+        assert len(apart) == count
 
 
 def test_the_ledger_closes_with_what_the_material_dissipates():

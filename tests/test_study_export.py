@@ -62,6 +62,11 @@ def test_a_study_is_read_from_its_folder_alone(mixed, tmp_path):
         gl.read_study(tmp_path)
 
 
+def test_a_factor_without_a_limit_comes_before_one_with_it(tmp_path):
+    table_of([row({"limit": level}) for level in ("none", 5, None, 2)], tmp_path)
+    assert gl.read_study(tmp_path).levels("limit") == [None, 2, 5, "none"]
+
+
 def test_pandas_has_numbers_where_the_table_has(mixed):
     frame = mixed.to_pandas()
     assert list(frame.columns) == list(mixed.columns)

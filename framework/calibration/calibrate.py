@@ -81,7 +81,7 @@ def calibrate(
     the answer without them in ``result``, and before that None.
     """
     _check_choices(elastic, seeds=(seeds, FEWEST_SEEDS), more=(more, 0), seed=(seed, 0))
-    wanted, made = needed_tests(_quantities(targets, also)), checked_tests(tests or {})
+    wanted, made = needed_tests(_quantities("calibrate", targets, also)), checked_tests(tests or {})
     shapes = checked_specimens(specimens, (*wanted, *(["compression"] if targets.elastic else [])))
     last = _fresh_seeds(fresh, shapes, seeds + more + 1)
     space = _space(law, free, tied or {}, shapes, targets)
@@ -186,13 +186,13 @@ def _warn_of_sizes(where: str, ones: Mapping[str, Specimen]) -> None:
         )
 
 
-def _quantities(targets: Targets, also: Sequence[str]) -> tuple[str, ...]:
+def _quantities(where: str, targets: Targets, also: Sequence[str]) -> tuple[str, ...]:
     """Targets that take tests to failure, and what is measured beside them. Raises :class:`ParameterError`."""
     if not targets.tested:
-        raise ParameterError("calibrate: targets have no strength: there is nothing that takes a test to failure")
-    found = (*targets.tested, *checked_quantities("calibrate: also", also))
+        raise ParameterError(f"{where}: targets have no strength: there is nothing that takes a test to failure")
+    found = (*targets.tested, *checked_quantities(f"{where}: also", also))
     if {"cohesion", "friction_angle"} & {*found} and not targets.pressures:
-        raise ParameterError("calibrate: cohesion or friction_angle needs confinements: Targets(confinements=[...])")
+        raise ParameterError(f"{where}: cohesion or friction_angle needs confinements: Targets(confinements=[...])")
     return found
 
 
@@ -233,7 +233,7 @@ def first_look(
     docs/calibration.md. Raises :class:`ParameterError` where it knows nothing of such a rock.
     """
     _check_choices(elastic, seeds=(seeds, FEWEST_SEEDS), seed=(seed, 0))
-    shapes = checked_specimens(specimens, needed_tests([*targets.tested]))
+    shapes = checked_specimens(specimens, needed_tests(_quantities("first_look", targets, ())))
     space, ones, stiffness = _space(law, free, tied or {}, shapes, targets), _one_of_each(shapes), None
     _warn_of_few("first_look", targets, space)
     _warn_of_sizes("first_look", ones)

@@ -110,7 +110,7 @@ def _row(match: Match, name: str, given: Mapping[str, Target], best: np.ndarray,
         mean, variance = match.one(best[None], name)
         k = match.samples.names.index(name)
         of_seeds = float(match.scatter([name])[0, 0] - match.samples.of_shift[k])  # of the mean over the search's seeds
-        deviation = math.sqrt(float(variance[0]) + of_seeds * float(match.samples.seeds[k]) / len(values))
+        deviation = math.sqrt(float(variance[0]) + of_seeds * float(match.samples.seeds[k]) / max(measured["count"], 1))
         low, middle, high = restored(name, mean[0] + NORMAL * deviation * np.array([-1, 0, 1]))
         predicted, ends = float(middle), (float(low), float(high))
     return Compared(

@@ -370,7 +370,8 @@ class Calibration(metaclass=Checked):
     @property
     def known_lines(self) -> list[list[str]]:
         """The standard errors behind the intervals, with a heading."""
-        rows = [["standard error of", "target", "specimens", "emulator", "of both, with the first look"]]
+        both = "of both, with the first look" if self.first_look else "of both"
+        rows = [["standard error of", "target", "specimens", "emulator", both]]
         for name, each in self.known_to.items():
             rows.append([AIMS[name].shown.words, *(f"{100 * part:.2g} %" for part in attrs.astuple(each))])
         return rows

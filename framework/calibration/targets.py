@@ -123,14 +123,13 @@ def _target_of(aim: Aim, given: Any) -> Target:
     if isinstance(pair, (str, bytes)) or not isinstance(pair, Sequence) or len(pair) != 2:
         raise refusal(where, given, f"a number ({aim.unit}) or (value, uncertainty)")
     value = checked_number(where, pair[0], aim.unit, above=aim.least)
-    if value >= aim.most:
-        raise refusal(where, value, f"below {aim.most:g}")
+    if value == 0 or value >= aim.most:
+        raise refusal(where, value, f"below {aim.most:g} and not 0, as it is met to a share of itself")
     _warn(unusual(where, value, aim.unit, aim.usual))
     if pair[1] is None:
         return Target(value, USUAL_UNCERTAINTY * abs(value))
     uncertainty = checked_number(f"{where}: uncertainty", pair[1], at_least=0)
-    if value:
-        _warn(unusual(f"{where}: uncertainty over value", uncertainty / abs(value), "1", KNOWN))
+    _warn(unusual(f"{where}: uncertainty over value", uncertainty / abs(value), "1", KNOWN))
     return Target(value, uncertainty)
 
 

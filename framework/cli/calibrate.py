@@ -11,6 +11,7 @@ from typing import Any
 import attrs
 import click
 
+from grainlaw.arguments import Checked
 from grainlaw.calibration.calibrate import FRESH, first_look
 from grainlaw.calibration.calibrate import calibrate as run
 from grainlaw.calibration.result import NUMBERS, PICTURES, REPORT, TABLES, Calibration
@@ -21,7 +22,7 @@ from grainlaw.cli.answers import answer, json_option
 from grainlaw.cli.components import evolved, refuse_unknown, settings
 from grainlaw.cli.configuration import Configuration, configured, write_config
 from grainlaw.cli.law_copy import copied
-from grainlaw.cli.minerals import section_of
+from grainlaw.cli.minerals import section_of, table_of
 from grainlaw.cli.running import contents, end_stopped, refusing
 from grainlaw.cli.sections import Sections, assign, checked_sections, read_tables
 from grainlaw.contact import ContactLaw
@@ -46,7 +47,7 @@ TOUGHNESS = re.compile(r"(.*?)[\s*·]*(?:m\^?0\.5|m\^?\(?1/2\)?|sqrt\(m\)|√m)\
 
 
 @attrs.frozen(kw_only=True)
-class Settings:
+class Settings(metaclass=Checked):
     """The table [calibration]."""
 
     elastic: str = CONTACTS
@@ -105,8 +106,9 @@ def calibration_of(
         is_own = assignment.partition(".")[0].strip() in OWN
         assign(beside if is_own else sections, assignment, OWN if is_own else (*OWN, *OTHERS))
     refuse_unknown("numerics", sections.get("numerics", {}), ["refinement"])
-    if "file" in sections.get("sample", {}):
-        raise ParameterError(f"{file}: sample.file is not allowed: seeds must make other grains")
+    for name, of in (("sample", sections.get("sample", {})), *((shape, beside[shape]) for shape in (DISC, HALF_DISC))):
+        if "file" in of:
+            raise ParameterError(f"{file}: {name}.file is not allowed: seeds must make other grains")
     over = {name: value for name, value in (options or {}).items() if value is not None}
     how = evolved(Settings, {**beside["calibration"], **over}, "calibration")
     for name, example in (("targets", 'ucs = "126 MPa"'), ("free", 'cohesion = ["20 MPa", "60 MPa"]')):
@@ -130,7 +132,10 @@ def calibration_of(
         "law": chosen.law,
         "free": {name: _pair(f"free.{name}", ends, units[name]) for name, ends in beside["free"].items()},
         "tied": {name: _tie(f"tied.{name}", tie) for name, tie in beside["tied"].items()},
-        "tests": {name: evolved(USUAL[name], entry, f"tests.{name}") for name, entry in beside["tests"].items()},
+        "tests": {
+            name: evolved(USUAL[name], table_of(entry, f"tests.{name}"), f"tests.{name}")
+            for name, entry in beside["tests"].items()
+        },
         **attrs.asdict(how, recurse=False),
     }
     return CalibrationFile(specimens, given)
@@ -292,7 +297,7 @@ def _write(found: Calibration, asked: CalibrationFile, folder: Path) -> None:
 def _write_rock(found: Calibration, chosen: Configuration, file: Path, about: str) -> None:
     sections = {name: section for name, section in chosen.sections.items() if name != "test"}
     material = found.rock(chosen.specimen).material
-    minerals = dict(material) if isinstance(material, Mapping) else {...: material}
+    minerals: dict[Any, Any] = dict(material) if isinstance(material, Mapping) else {...: material}
     rock = minerals.pop(...)
     law_there, _ = copied(sections["law"]["type"], chosen.law_files, file.parent)
     rock_there, _ = copied(sections["rock"]["type"], chosen.material_files, file.parent, MATERIAL_FILES)

@@ -108,7 +108,7 @@ def materials(rock: Material | Rigid, given: Mapping[str, Any]) -> tuple[Any, di
         raise ParameterError("rocks is not allowed: rock is rigid, and minerals differ in how they deform")
     made = {}
     for name, entry in given.items():
-        where, table = f"rocks.{name}", _table(entry, f"rocks.{name}")
+        where, table = f"rocks.{name}", table_of(entry, f"rocks.{name}")
         if ".py" in str(table.get("type")):
             raise ParameterError(
                 f"{where}.type = {table['type']!r} is not allowed, a material of a file must be that of rock.type"
@@ -135,7 +135,7 @@ def laws_by_key(
     made: dict[Any, ContactLaw] = {}
     section = {}
     for key, entry in given.items():
-        where, table = f"laws.{key}", _table(entry, f"laws.{key}")
+        where, table = f"laws.{key}", table_of(entry, f"laws.{key}")
         kind = table.get("type")
         named = {}
         if kind is None:
@@ -149,7 +149,7 @@ def laws_by_key(
     return {**made, ...: law}, section
 
 
-def _table(entry: Any, where: str) -> dict[str, Any]:
+def table_of(entry: Any, where: str) -> dict[str, Any]:
     if not isinstance(entry, Mapping):
         raise refusal(where, entry, "a table of parameters")
     return dict(entry)

@@ -116,7 +116,7 @@ def sample(default: Mapping[str, Any], given: Mapping[str, Any]) -> Sample:
     size = _sizes(shape, values)
     its = {key: values[key] for key in fields if key in values and not (key == "sizes" and by_phase(values[key]))}
     grains = evolved(tessellators()[filling], its, "sample")
-    points = _contact_points(given)
+    points, edges = _contact_points(given), _edges(given)
 
     whole, more = textured(grains, values)
     region = REGIONS[shape](**size)
@@ -129,7 +129,7 @@ def sample(default: Mapping[str, Any], given: Mapping[str, Any]) -> Sample:
         "contact_points": settings(points, ContactPoints),
         **_entries(given),
     }
-    return Sample(section, lambda: whole.tessellate(region), points, whole, _edges(given))
+    return Sample(section, lambda: whole.tessellate(region), points, whole, edges)
 
 
 def with_size(given: Mapping[str, Any]) -> dict[str, Any]:
@@ -170,9 +170,9 @@ def _from_file(given: Mapping[str, Any]) -> Sample:
     """Of grains that a file holds: it has a region of its own."""
     options = {key: value for key, value in given.items() if key not in ("file", *OF_SPECIMEN)}
     grains, made = grains_of_file(given["file"], options)
-    points = _contact_points(given)
+    points, edges = _contact_points(given), _edges(given)
     section = {"file": os.fspath(given["file"]), **made, "contact_points": settings(points, ContactPoints)}
-    return Sample({**section, **_entries(given)}, lambda: grains, points, edges=_edges(given))
+    return Sample({**section, **_entries(given)}, lambda: grains, points, edges=edges)
 
 
 def _entries(given: Mapping[str, Any]) -> dict[str, Any]:
@@ -184,7 +184,7 @@ def _edges(given: Mapping[str, Any]) -> dict[str, tuple[Any, ...]]:
     found = {}
     for name, wanted in (("tied", 'kinds of edges, such as ["inside", "quartz/mica"]'), ("slits", "names of joints")):
         keys = given.get(name, ())
-        if isinstance(keys, str) or not all(isinstance(key, str) for key in keys):
+        if not isinstance(keys, (list, tuple)) or not all(isinstance(key, str) for key in keys):
             raise refusal(f"sample.{name}", keys, f"a list of {wanted}")
         found[name] = tuple(edge_key(key, "sample.tied") if name == "tied" else key for key in keys)
     return found

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import math
 import os
 import re
 import shlex
@@ -23,10 +22,10 @@ from grainlaw.columns import quantity_of
 from grainlaw.compiler.cache import compile_portably
 from grainlaw.fields import ParameterError, checked_whole_number
 from grainlaw.messages import short
-from grainlaw.quantity import Quantity, aligned
+from grainlaw.quantity import aligned
 from grainlaw.results.files import write_atomically
 from grainlaw.runs.stopping import Stopped
-from grainlaw.studies.statistics import Mean, level
+from grainlaw.studies.statistics import Mean, level, mean_in_words
 from grainlaw.studies.study import Study
 from grainlaw.studies.table import Table
 from grainlaw.studies.workers import ExecutorError
@@ -298,11 +297,6 @@ def means(table: Table, by: list[str]) -> str:
     rows = [[*(quantity_of(name).heading for name in by), "n", *(table.quantity(name).heading for name in names)]]
     for entries in zip(*columns, strict=True):
         group: Mean = entries[0]
-        cells = (_mean(table.quantity(name), entry) for name, entry in zip(names, entries, strict=True))
+        cells = (mean_in_words(entry, table.quantity(name)) for name, entry in zip(names, entries, strict=True))
         rows.append([*(level(name, group.group[name]) for name in by), str(group.count), *cells])
     return f"{aligned(rows, rule=True)}\nmeans over the seeds, ± half of the 95 % interval"
-
-
-def _mean(look: Quantity, entry: Mean) -> str:
-    half = (entry.interval[1] - entry.interval[0]) / 2
-    return look.text(entry.mean) if math.isnan(half) else f"{look.text(entry.mean)} ± {look.text(half)}"

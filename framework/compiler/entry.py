@@ -47,7 +47,11 @@ class Kernel:
         with self._lock:
             if self._code is None:
                 self._form = form
-                self._code = self._compile(tuple(e.kind if isinstance(e, Table) else nb.int64 for e in arguments))
+                key = _key(self._function, *map(form_in_words, form))
+                kinds = tuple(each.kind if isinstance(each, Table) else nb.int64 for each in arguments)
+                self._code = stored(key, kinds, self._what) or compile_for(
+                    keyed_njit(self._function, key, by_address=True, counted=False), kinds
+                )
                 self._address = address_of(self._code)
                 self._call = ctypes.CFUNCTYPE(*(ctypes.c_int64,) * (1 + len(arguments)))(self._address)
         if form != self._form:
@@ -55,11 +59,12 @@ class Kernel:
         self._form = form  # of the same objects the next time: far sooner compared
         return self._address
 
-    def _compile(self, kinds: tuple[Any, ...]) -> Any:
-        key = _key(self._function)
-        code = stored(key, kinds, self._what)
-        return code or compile_for(keyed_njit(self._function, key, by_address=True, counted=False), kinds)
+
+def _key(function: Any, *forms: Any) -> str:
+    return fingerprint(function, extra=("entry", 4, repr(OPTIONS), forms))
 
 
-def _key(function: Any) -> str:
-    return fingerprint(function, extra=("entry", 3, repr(OPTIONS)))
+def form_in_words(form: Any) -> Any:
+    """The form of a table with the names of what it holds: code finds it by its place, of which types say nothing."""
+    kind, *inner = form if isinstance(form, tuple) else (form,)
+    return getattr(kind, "__name__", str(kind)), *getattr(kind, "_fields", ()), *map(form_in_words, inner)

@@ -19,6 +19,7 @@ import numpy as np
 from grainlaw.arguments import Checked
 from grainlaw.compiler.batch import CompilationError, Compiled
 from grainlaw.compiler.cache import code_kept, is_portable, keep_code
+from grainlaw.compiler.entry import form_in_words
 from grainlaw.compiler.fingerprint import fingerprint
 from grainlaw.compiler.numba_private import python_function
 from grainlaw.compiler.retarget import Retarget
@@ -35,6 +36,7 @@ GRAINS = 64  #: at least, of a block where a team has several
 REGISTERS = 128  #: of each thread: so two blocks share a multiprocessor
 REGISTERS_OF_ALL = 65_536  #: that a multiprocessor has
 ENGINE = "grainlaw.engine."
+IN_PLACE_OF_OTHERS = (add_material_forces, gather_at_node)  #: which the step of a processor does not reach
 
 #: The part whose shares a pass goes through, one after the other; other passes have a share for each thread.
 BY_SHARE = {
@@ -385,8 +387,10 @@ class Gpu(metaclass=Checked):
         from grainlaw.compiler import cuda_private as private
 
         tables = step.tables_of(TEAM, request.state.on_device.shared, request.chunk)
+        forms = [form_in_words(table.form) for table in tables]
+        goes_in = (components.key, TEAM, REGISTERS, is_portable(), forms, *_sources())
         key = (
-            fingerprint(step._steps, extra=(components.key, TEAM, REGISTERS, is_portable(), *_sources())),
+            fingerprint(step._steps, *IN_PLACE_OF_OTHERS, extra=goes_in),
             *map(str, (self._driver.capability, private.VERSION)),
         )  # fmt: skip
         found = code_kept(key, f"the time loop for {self.name}: this takes half a minute")

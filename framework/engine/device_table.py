@@ -99,7 +99,7 @@ class DeviceTable:
             if rows is not None:
                 _collect(rows, regions)
             else:
-                for compiled in self._components():
+                for compiled in self._state.compiled:
                     if compiled.numbers.base is not self._state.materials.arrays.values:  # of materials they are in it
                         regions["changing"].append(compiled.numbers)
                     regions["constant"].append(compiled.rows)
@@ -130,14 +130,6 @@ class DeviceTable:
             before = self._constants[name] = _Constants(self._when, arrays, offsets, self.driver.copied(all_))
         base = self.driver.pointer(before.memory)
         return [(array, base + offset) for array, offset in zip(arrays, before.offsets, strict=True)]
-
-    def _components(self) -> Iterable[Any]:
-        """Compiled laws and materials of the model."""
-        state = self._state
-        for group in (*state.bonds.groups, *state.contacts.groups):
-            yield group.compiled
-        for zones in state.materials.groups:
-            yield from (zones.stress, zones.energy)
 
     def _write_tables(self, numbers: Mapping[int, int]) -> None:
         """Write the words of all tables, before them arrays of addresses, after them the places of all."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from operator import is_not
 from typing import Any
 
 import numpy as np
 
 from grainlaw.arguments import Checked
+from grainlaw.compiler.batch import Compiled
 from grainlaw.compiler.numba_private import Table
 from grainlaw.engine.contacts.contacts import Contacts
 from grainlaw.engine.model import Model
@@ -99,6 +100,14 @@ class State(metaclass=Checked):
             "clock": self.clock, "breaks": self.breaks, "steady": self.steady, "heat": self.heat,
             "conduction": self.conduction,
         }  # fmt: skip
+
+    @property
+    def compiled(self) -> Iterator[Compiled]:
+        """Laws and materials of the model."""
+        for group in (*self.bonds.groups, *self.contacts.groups):
+            yield group.compiled
+        for zones in self.materials.groups:
+            yield from (zones.stress, zones.energy)
 
     def shared(self, threads: int) -> Shared:
         """The arrays of all parts, divided among threads; made again only where a part has other arrays than before."""

@@ -45,7 +45,7 @@ def advance(state: State, integrator: Compiled, steps: int, *, threads: Crew = 1
     temperatures = conduction.course(steps) if conduction else state.heat.course(times, state.time, pace)
     begin, end = times - state.began - state.time_step, times - state.began
     schedule = schedule_of(state, begin, end, pace, temperatures)
-    loops = integrator.loops or any(group.compiled.loops for group in (*state.bonds.groups, *state.contacts.groups))
+    loops = integrator.loops or any(one.loops for one in state.compiled)
     while True:
         count, some = threads if isinstance(threads, int) else 1, steps - done
         if isinstance(threads, ThreadCount):
@@ -92,11 +92,8 @@ def schedule_of(state: State, begin: np.ndarray, end: np.ndarray, pace: float, t
 
 def tell(state: State, **scalars: float) -> None:
     """Give laws and materials that name them new values of scalars of the step (:data:`grainlaw.memory.SCALARS`)."""
-    for group in (*state.bonds.groups, *state.contacts.groups):
-        group.compiled.tell(**scalars)
-    for zones in state.materials.groups:
-        zones.stress.tell(**scalars)
-        zones.energy.tell(**scalars)
+    for one in state.compiled:
+        one.tell(**scalars)
 
 
 Steps = tuple[int, step.Shared]  #: how many were done, and the arrays of the parts as they were shared

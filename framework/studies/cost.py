@@ -41,7 +41,7 @@ class StudyCost:
 
 def kind(factors: Mapping[str, Any]) -> tuple:
     """Cases that cost about the same: those that differ in numbers alone."""
-    return tuple(level for level in factors.values() if not isinstance(level, (int, float)))
+    return tuple(level for level in factors.values() if isinstance(level, bool) or not isinstance(level, (int, float)))
 
 
 def cost_of(tasks: Sequence[Task], rows: Sequence[Mapping[str, Any]], build: Any) -> StudyCost:

@@ -202,7 +202,7 @@ def plot_envelope(envelope: StrengthEnvelope) -> Figure:
     others = groups.rest(table, envelope.confinement)
     samples = {k: tuple(table.rows[k][name] for name in others) for k in results}
     styles = dict(zip(dict.fromkeys(samples.values()), itertools.cycle(("-", "--", ":")), strict=False))
-    confinements = [float(p) for p in np.unique(envelope.strengths[:, 0])]
+    confinements = sorted({float(table.rows[k][envelope.confinement]) for k in results})
     for k, result in results.items():
         p, first = float(table.rows[k][envelope.confinement]), samples[k] == next(iter(styles))
         x, y = map(result.shown, panel.names[:2])

@@ -18,7 +18,7 @@ from grainlaw.runs.record import versions
 from grainlaw.studies import groups
 from grainlaw.studies.export import doubts
 from grainlaw.studies.figures import MOST_PATTERNS, plot_strip
-from grainlaw.studies.statistics import Listing, level
+from grainlaw.studies.statistics import Listing, level, mean_in_words
 
 if TYPE_CHECKING:
     from grainlaw.drawing.figure import Figure
@@ -99,9 +99,7 @@ def _others(table: Table, by: Sequence[str]) -> dict[str, Any] | None:
     rows = []
     for name in names:
         look = table.quantity(name)
-        halves = [(entry, (entry.interval[1] - entry.interval[0]) / 2) for entry in means[name]]
-        cells = [f"{look.text(entry.mean)} ± {look.text(half)}" if entry.count else "-" for entry, half in halves]
-        rows.append([look.heading, *cells])
+        rows.append([look.heading, *(mean_in_words(entry, look) for entry in means[name])])
     return {"rows": rows, "heads": [", ".join(quantity_of(n).heading for n in by), *columns]}
 
 

@@ -60,6 +60,12 @@ class Mean(Spread):
     group: dict[str, Any]  #: levels of the factors by which cases are grouped
 
 
+def mean_in_words(entry: Spread, look: Quantity) -> str:
+    """``12.3 ± 0.4``: a mean and half of its 95 % interval, which one sample has not."""
+    half = (entry.interval[1] - entry.interval[0]) / 2
+    return look.text(entry.mean) if math.isnan(half) else f"{look.text(entry.mean)} ± {look.text(half)}"
+
+
 @attrs.frozen
 class Difference(Spread):
     """Mean difference of a quantity between two levels of a factor, of cases that are equal in all else."""

@@ -297,8 +297,9 @@ def read_study(folder: Folder) -> Table:
     rows = [row for row in store.rows(store.cases()) if row is not None]
     names = [*dict.fromkeys(name for row in rows for name in row["factors"])]
 
-    def place(row: Mapping[str, Any]) -> list[tuple[bool, Any]]:
-        return [(isinstance(level := row["factors"].get(name, ""), str), level) for name in names]
+    def place(row: Mapping[str, Any]) -> list[tuple[Any, ...]]:
+        levels = (row["factors"].get(name, "") for name in names)  # what is None, numbers, texts
+        return [(each is not None, isinstance(each, str), 0 if each is None else each) for each in levels]
 
     return Table(sorted(rows, key=place), names, store)
 

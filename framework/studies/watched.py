@@ -20,7 +20,7 @@ from grainlaw.fields import ParameterError
 from grainlaw.results.files import without_nan
 from grainlaw.runs.claim import RUN
 from grainlaw.runs.progress_file import FOLDER, PROGRESS, lives, read, silent
-from grainlaw.studies.store import CASES, PACKS, STUDY
+from grainlaw.studies.store import CASES, KILLED, PACKS, STUDY
 
 RUNNING, FINISHED, STOPPED, FAILED, UNKNOWN, WAITING = "running", "finished", "stopped", "failed", "unknown", "waiting"
 AGAIN = "the command of before"  #: where nothing says which that was
@@ -262,7 +262,7 @@ def _case(told: Mapping[str, Any], whole: str) -> Part:
 
 def _kept(store: Path) -> int:
     """Cases that a store has."""
-    loose = sum(1 for _ in store.glob(f"{CASES}/*/*.json"))
+    loose = sum(not file.name.endswith(f".{KILLED}.json") for file in store.glob(f"{CASES}/*/*.json"))
     packed = 0
     for index in store.glob(f"{PACKS}/[0-9]*.index"):
         try:
