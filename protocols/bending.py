@@ -138,6 +138,11 @@ class SemiCircularBend(_Bending):
     support_left, support_right and notch.
     """
 
+    def stages(self, specimen: Specimen) -> Sequence[Stage]:
+        found = super().stages(specimen)
+        require_boundaries(specimen, type(self).__name__, "notch")
+        return found
+
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """Peak load (N/m), deflection there, toughness K_IC (Pa sqrt(m)), work of fracture (J/m2), certificate."""
         return self._summary(curves, specimen, "toughness", toughness)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from numbers import Real
 from typing import Any
 
 import attrs
 import numpy as np
 
+from grainlaw.arguments import is_number
 from grainlaw.columns import STAGE, STRAIN, STRESS, Panel, cracks
 from grainlaw.conditions import Curves, FallsTo, Reaches
 from grainlaw.engine.state import State
@@ -24,9 +24,9 @@ from grainlaw.stage import Stage
 
 
 def _is_growing(test: Cyclic, attribute: attrs.Attribute, value: Sequence[float]) -> None:
-    numbers = isinstance(value, tuple) and all(isinstance(level, Real) for level in value)
+    numbers = isinstance(value, tuple) and all(map(is_number, value))
     if not numbers or not value or list(value) != sorted(set(value)) or value[0] <= 0:
-        raise refusal("Cyclic: levels", value, "positive numbers in SI without units, each above the last")
+        raise refusal("Cyclic: levels", value, "a tuple of positive numbers in SI without units, each above the last")
 
 
 @attrs.frozen(kw_only=True)

@@ -100,9 +100,8 @@ class FreeMotion(LoadingProtocol):
         is that of the polar decomposition, from -pi to pi.
         """
         place, speed = state.grain_motion()
-        free = np.setdiff1d(np.arange(len(place)), self.fixed)
-        speeds, mass = np.hypot(*speed[free].T), grain_masses(state.specimen)[free]
-        centre = mass @ place[free] / mass.sum() if len(free) else np.full(2, np.nan)
+        free = self._free(state.specimen)
+        speeds, centre = np.hypot(*speed[free].T), self._centre(state.specimen, place)
         row = {
             "mean_speed": float(speeds.mean()) if len(free) else 0.0,
             "largest_speed": float(speeds.max(initial=0.0)),
@@ -115,14 +114,23 @@ class FreeMotion(LoadingProtocol):
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """Largest speed of all, mean speed at the end (m/s), and how far the centre of mass has moved (m)."""
-        mass, moving = grain_masses(specimen), np.setdiff1d(np.arange(specimen.grains.count), self.fixed)
-        start = np.average(specimen.grains.centroids[moving], axis=0, weights=mass[moving])
+        start = self._centre(specimen, specimen.grains.centroids)
         return {
             "largest_speed": float(curves["largest_speed"].max()),
             "last_mean_speed": float(curves["mean_speed"][-1]),
             "centre_moved_x": float(curves["centre_x"][-1] - start[0]),
             "centre_moved_y": float(curves["centre_y"][-1] - start[1]),
         }
+
+    def _free(self, specimen: Specimen) -> np.ndarray:
+        """Grains that are not fixed."""
+        return np.setdiff1d(np.arange(specimen.grains.count), self.fixed)
+
+    def _centre(self, specimen: Specimen, places: np.ndarray) -> np.ndarray:
+        """(2,) m, centre of mass of the free grains, whose places (g, 2) m are given; nan without one."""
+        free = self._free(specimen)
+        mass = grain_masses(specimen)[free]
+        return mass @ places[free] / mass.sum() if len(free) else np.full(2, np.nan)
 
 
 def grain_masses(specimen: Specimen) -> np.ndarray:

@@ -10,18 +10,7 @@ import attrs
 import numpy as np
 
 from grainlaw import gauges
-from grainlaw.columns import (
-    KINETIC,
-    SHEAR_CRACKS,
-    STAGE,
-    STORED,
-    TEMPERATURE,
-    TENSILE_CRACKS,
-    VIBRATION,
-    Panel,
-    cracks,
-    energy,
-)
+from grainlaw.columns import SHEAR_CRACKS, STAGE, TEMPERATURE, TENSILE_CRACKS, Panel, cracks
 from grainlaw.conditions import Curves
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, checked_number, part, whole_number
@@ -32,6 +21,7 @@ from grainlaw.memory import ROOM
 from grainlaw.messages import refusal
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import require_boundaries
+from grainlaw.protocols.measures import vibration_share
 from grainlaw.protocols.preliminary import after_stages, counted_after, samples_before
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
@@ -149,16 +139,13 @@ class Heating(LoadingProtocol):
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """Highest temperature, contact points broken by it, and ``heating_kinetic_ratio``; properties by the test.
 
-        The ratio is the largest of vibration over stored and kinetic energy, where their sum is more than a hundredth
-        of its largest: the kinetic energy counts where grains are free to expand and nothing else is stored.
+        The ratio is :func:`~grainlaw.protocols.measures.vibration_share`.
         """
         hot = slice(samples_before(curves, len(self.to)))
-        whole, vibration = energy(curves, KINETIC, *STORED)[hot], curves[VIBRATION][hot]
-        counts = whole >= 0.01 * whole.max()
         found = {
             "highest_temperature": float(curves[TEMPERATURE].max()),
             "thermal_cracks": int(cracks(curves)[hot][-1]),
-            "heating_kinetic_ratio": float(np.max(vibration[counts] / np.maximum(whole[counts], 1e-300))),
+            "heating_kinetic_ratio": vibration_share(curves, hot),
         }
         if self.test is None:
             return {

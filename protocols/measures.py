@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from grainlaw.arguments import checked
-from grainlaw.columns import IMBALANCE, STABILITY, STAGE, STORED, STRAIN, STRESS, VIBRATION, energy, require
+from grainlaw.columns import IMBALANCE, KINETIC, STABILITY, STAGE, STORED, STRAIN, STRESS, VIBRATION, energy, require
 from grainlaw.conditions import Curves
 from grainlaw.engine.state import State
 from grainlaw.gauges import ends, has_platens
@@ -20,6 +20,17 @@ from grainlaw.window import within_rectangle
 
 CERTIFIED = (VIBRATION, IMBALANCE, STABILITY)  #: columns that the certificate reads, beside energies
 FEWEST = 3  #: samples of a rising load by which a certificate can be judged
+
+
+def vibration_share(curves: Curves, chosen: Any) -> float:
+    """Largest ratio of vibration to stored and kinetic energy in the chosen samples.
+
+    Only where their sum is more than a hundredth of its largest: the kinetic energy counts where grains are free to
+    expand and nothing else is stored.
+    """
+    whole, vibration = energy(curves, KINETIC, *STORED)[chosen], curves[VIBRATION][chosen]
+    counts = whole >= 0.01 * whole.max()
+    return float(np.max(vibration[counts] / np.maximum(whole[counts], 1e-300)))
 
 
 def size(specimen: Specimen) -> tuple[float, float]:

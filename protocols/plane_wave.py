@@ -99,6 +99,8 @@ class PlaneWave(LoadingProtocol):
         for place in self._gauges(specimen):
             if not low <= place <= high:
                 raise ParameterError(f"PlaneWave: gauges = {place:g} m is not in the specimen, {low:g} to {high:g} m")
+            if not _near(specimen, place).any():
+                raise ParameterError(f"PlaneWave: gauges = {place:g} m has no zone whose middle is within a grain size")
         drives, tractions = [], []
         if self.wave is not Wave.BAR:
             drives = [Drive(boundary=side, axis=1 - self._axis, speed=0.0) for side in ("top", "bottom")]
@@ -124,11 +126,10 @@ class PlaneWave(LoadingProtocol):
     def measure(self, state: State) -> dict[str, float]:
         """``stress_k`` (Pa) and ``velocity_k`` (m/s) of each gauge k, from 0."""
         mesh, row = state.mesh, {}
-        x = mesh.nodes[mesh.zones, 0].mean(axis=1)
         stress = state.zone_state()[0][:, 2 * self._axis]
         velocity = state.velocity[mesh.zones, self._axis].mean(axis=1)
         for k, place in enumerate(self._gauges(state.specimen)):
-            near = np.abs(x - place) <= state.specimen.grains.grain_size
+            near = _near(state.specimen, place)
             weights = mesh.zone_areas[near]
             row[f"stress_{k}"] = float(np.average(stress[near], weights=weights))
             row[f"velocity_{k}"] = float(np.average(velocity[near], weights=weights))
@@ -145,3 +146,9 @@ class PlaneWave(LoadingProtocol):
                 f"peak_velocity_{k}": float(velocity[np.argmax(np.abs(velocity))]),
             }  # fmt: skip
         return found
+
+
+def _near(specimen: Specimen, place: float) -> np.ndarray:
+    """(z,) which zones have their middle within a grain size of a place along x (m)."""
+    middle = specimen.mesh.nodes[specimen.mesh.zones, 0].mean(axis=1)
+    return np.asarray(np.abs(middle - place) <= specimen.grains.grain_size)

@@ -8,20 +8,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.columns import (
-    COLDEST,
-    HEAT_TIME,
-    HOTTEST,
-    KINETIC,
-    SHEAR_CRACKS,
-    STAGE,
-    STORED,
-    TENSILE_CRACKS,
-    VIBRATION,
-    Panel,
-    cracks,
-    energy,
-)
+from grainlaw.columns import COLDEST, HEAT_TIME, HOTTEST, SHEAR_CRACKS, STAGE, TENSILE_CRACKS, Panel, cracks
 from grainlaw.conditions import Curves
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, checked_field, optional, parameter, part, whole_number
@@ -33,6 +20,7 @@ from grainlaw.memory import ROOM
 from grainlaw.messages import refusal
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import require_boundaries
+from grainlaw.protocols.measures import vibration_share
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Load, Stage
@@ -128,10 +116,8 @@ class ThermalShock(LoadingProtocol):
         broken = cracks(curves)
         before = float(broken[~shocked][-1]) if not shocked.all() else 0.0
         first = np.flatnonzero(shocked & (broken > before))
-        whole = energy(curves, KINETIC, *STORED)[shocked]
-        counts = whole >= 0.01 * whole.max()
         return {
             "shock_cracks": int(broken[-1] - before),
             "first_crack_time": float(curves[HEAT_TIME][first[0]]) if len(first) else np.nan,
-            "shock_kinetic_ratio": float(np.max(curves[VIBRATION][shocked][counts] / whole[counts])),
+            "shock_kinetic_ratio": vibration_share(curves, shocked),
         }

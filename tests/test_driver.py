@@ -116,3 +116,5 @@ def test_what_is_no_law_has_no_contact(law):
 def test_a_law_of_many_contacts_has_no_single_one():
     with pytest.raises(gl.ParameterError, match="Linear: give the law of one contact, and give single numbers"):
         alone(Linear(kn=np.array([1e14, 2e14]), ks=1e14))
+    with pytest.raises(gl.ParameterError, match="Linear: give the law of one contact, and give single numbers"):
+        gl.trace(Linear(kn=np.array([1e14, 2e14]), ks=1e14), [0, 1e-6], 0.0)

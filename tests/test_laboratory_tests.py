@@ -308,7 +308,7 @@ def test_the_loops_of_given_curves_lose_what_they_enclose():
         assert len(attrs.evolve(test, levels=(1, 2)).summary(part, None)["lost_work"]) == count
 
 
-@pytest.mark.parametrize("levels", [(), (0.2, 0.1), (-0.1,), [0.1]])
+@pytest.mark.parametrize("levels", [(), (0.2, 0.1), (-0.1,), [0.1], (True, 2)])
 def test_levels_must_grow(levels):
     with pytest.raises(gl.ParameterError, match="Cyclic: levels"):
         Cyclic(levels=levels)

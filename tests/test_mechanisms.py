@@ -81,6 +81,8 @@ def test_several_breaks_of_an_event_add_up():
     event = clustered(both, 1.0, 1.0, 1.0, np.repeat(STIFFNESS[None], 2, axis=0))
     assert event.moment[0] == pytest.approx([90e3, 90e3, 0], abs=1e-6)
     assert (event.isotropic[0], event.tensile_angle[0], event.kind[0]) == (1, 90, "opening")
+    exactly = attrs.evolve(event, potency=np.array([[1e-9, 1e-9, 0.0]]))  # no largest extension at all
+    assert exactly.tensile_angle == pytest.approx([90])
     mixed = event_of(0.3, 1e-6, 1e-6)
     assert mixed.tensile_angle == pytest.approx([45])
 
@@ -266,6 +268,8 @@ def test_events_become_tables_and_lines(pressed, tmp_path):
     mesh = pyvista.read(tmp_path / "events.vtu")
     assert mesh.n_cells == 2 * len(events)
     assert [KINDS[kind] for kind in mesh["kind"][::2]] == events.kind.tolist()
+    attrs.evolve(events, moment=0 * events.moment, potency=np.nan * events.potency).write_vtk(tmp_path / "none.vtu")
+    assert set(pyvista.read(tmp_path / "none.vtu")["kind"]) == {-1}  # unknown
     assert mesh["scalar_moment"][::2] == pytest.approx(events.scalar_moment)
     assert mesh["moment"][1::2][:, [0, 1, 3]] == pytest.approx(events.moment)
     assert mesh.points.reshape(-1, 2, 2, 3)[..., :2] == pytest.approx(events.plane_lines, abs=1e-9)

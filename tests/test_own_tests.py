@@ -11,7 +11,7 @@ from support import BRITTLE, small_sample
 
 import grainlaw as gl
 from grainlaw.protocols import failure_summary
-from grainlaw.results.certificate import doubts
+from grainlaw.results.certificate import doubts, has_failed
 from grainlaw.results.means import mean_and_range
 
 BOTTOM = gl.loads.Drive(boundary="bottom", axis=1, speed=0)
@@ -182,6 +182,9 @@ def test_a_test_that_ends_before_its_stage_that_is_judged_says_so():
     judging = type("Judging", (Twice,), {"summary": judged})
     ended = gl.simulate(small_sample(12), BRITTLE, judging(ends=True))
     assert np.isnan(ended.summary["strength"])
+    none = attrs.evolve(ended, summary=ended.summary | {"strength": None})  # as a test of one's own may say
+    assert has_failed(none)
+    assert list(doubts(none)) == list(doubts(ended))
     assert list(doubts(ended)) == ["the test ended in its stage 'pull', before its stage 'again'"]
     assert [line.get_markevery() for line in ended.plot().axes[0].lines] == [[]]
     assert not any("ended in" in words for words in doubts(gl.simulate(small_sample(12), BRITTLE, Twice(ends=True))))

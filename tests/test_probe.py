@@ -1,16 +1,19 @@
 """Followed contact points: the right ones, with their own laws, and paths that their laws walk alone as well."""
 
+import operator
+
 import attrs
 import numpy as np
 import pytest
 from support import ROCK, STIFF, STRONG, small_sample, state_of
 
 import grainlaw as gl
+from grainlaw.engine.model import uniform
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, MohrCoulomb
 from grainlaw.protocols import UniaxialCompression, UniaxialTension
 from grainlaw.results.figures.probe import _right, plot_paths
-from grainlaw.results.probe import ContactPath, law_at
+from grainlaw.results.probe import ContactPath
 from grainlaw.units import mm
 from grainlaw.workbench.law_figure import Reach
 
@@ -142,8 +145,20 @@ def test_a_point_has_the_law_of_its_phases_and_its_own_numbers():
 
 def test_parts_have_their_own_numbers_too():
     law = attrs.evolve(COHESIVE, closure=BandisClosure(maximum_closure=[1e-6, 2e-6]))
-    assert law_at(law, 1).closure.maximum_closure == 2e-6
-    assert law_at(COHESIVE, 1) == COHESIVE
+    assert uniform(law, operator.itemgetter(1)).closure.maximum_closure == 2e-6
+    assert uniform(COHESIVE, operator.itemgetter(1)) == COHESIVE
+
+
+def test_a_private_parameter_may_differ_between_contacts():
+    @attrs.frozen(kw_only=True)
+    class Private(gl.ContactLaw):
+        _kn: float = gl.parameter("Pa/m")
+        stiffness = property(lambda self: (self._kn, self._kn))
+
+        def traction(self, opening, slip):
+            return self._kn * opening, self._kn * slip
+
+    assert uniform(Private(kn=np.array([1e13, 3e13]))).stiffness == (2e13, 2e13)
 
 
 @pytest.mark.thorough

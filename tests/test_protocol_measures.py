@@ -21,6 +21,7 @@ from grainlaw.geometry import (
     rectangle,
     shear_box,
 )
+from grainlaw.geometry.bodies import renamed
 from grainlaw.protocols import (
     BiaxialCompression,
     Brazilian,
@@ -242,6 +243,27 @@ def test_a_gauge_reads_the_zones_within_a_grain_size_of_it(wave, axis):
         expected |= {f"{name}_{k}": 10**axis * np.average(x[near], weights=mesh.zone_areas[near])
                      for name in ("stress", "velocity")}  # fmt: skip
     assert PlaneWave(wave=wave).measure(state) == pytest.approx(expected, rel=1e-12)
+
+
+def test_a_gauge_needs_a_zone_near_it():
+    """Of rows of one brick, whose zones have their middles at thirds of the length, far from an end."""
+    specimen = gl.Specimen(Bricks(rows=40, columns=1).tessellate(rectangle(40e-3, 40e-3)), ROCK)
+    with pytest.raises(gl.ParameterError, match=r"gauges = 0.0001 m has no zone whose middle is within a grain size"):
+        PlaneWave(gauges=(1e-4,)).stages(specimen)
+
+
+def test_a_half_disc_without_a_notch_has_no_toughness():
+    grains = Voronoi(grains=30, seed=1).tessellate(rectangle(40e-3, 20e-3))
+    plain = renamed(grains, {"top": "load", "left": "support_left", "right": "support_right"})
+    with pytest.raises(gl.ParameterError, match="SemiCircularBend: the specimen has no boundary named notch"):
+        SemiCircularBend().stages(gl.Specimen(plain, ROCK))
+
+
+def test_free_motion_of_nothing_has_no_centre():
+    specimen = gl.Specimen(Bricks(rows=2, columns=1).tessellate(rectangle(4e-3, 4e-3)), ROCK)
+    curves = {name: np.zeros(2) for name in ("largest_speed", "mean_speed", "centre_x", "centre_y")}
+    found = FreeMotion(duration=1e-6, fixed=[0, 1]).summary(curves, specimen)
+    assert np.isnan([found["centre_moved_x"], found["centre_moved_y"]]).all()
 
 
 def test_an_opening_has_the_width_between_its_ends():

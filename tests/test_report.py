@@ -16,7 +16,7 @@ import grainlaw as gl
 from grainlaw import protocols
 from grainlaw.columns import panels_of, quantity_of
 from grainlaw.geometry import Bricks, Hexagonal, disc, rectangle
-from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, MohrCoulomb
+from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, MohrCoulomb, StaticFatigue
 from grainlaw.protocols import DirectShear, PlaneWave, UniaxialCompression
 from grainlaw.quantity import three_digits
 from grainlaw.results.archive import in_words
@@ -142,6 +142,7 @@ class Part:
     pair: tuple = (1, 2)
     plane: gl.Plane = gl.Plane.STRAIN
     words: str = "words"
+    times: np.ndarray = attrs.field(factory=lambda: np.array([1.0, 2.0]))
     inner: gl.integration.LocalDamping = gl.integration.LocalDamping(fraction=0.5)
     own: int = attrs.field(default=7, init=False)
 
@@ -149,7 +150,7 @@ class Part:
 def test_rows_of_a_component_by_hand():
     assert _rows(Part()) == [
         ["speed", "2 mm/s"], ["none", "-"], ["empty", "-"], ["pair", "1, 2"], ["plane", "strain"], ["words", "words"],
-        ["inner", "LocalDamping"], ["inner.fraction", "0.5"],
+        ["times", "array([1., 2.])"], ["inner", "LocalDamping"], ["inner.fraction", "0.5"],
     ]  # fmt: skip
 
 
@@ -158,11 +159,14 @@ def test_what_was_tested_by_hand():
     specimen = gl.Specimen(Hexagonal(grain_size=8 * mm).tessellate(disc(40 * mm)), ROCK, contact_points=gl.EndPoints())
     one = SimpleNamespace(specimen=specimen, mesh=specimen.mesh, protocol=SHORT)
     laws = {"MohrCoulomb": MohrCoulomb(**STRONG), "mine": Linear(**STIFF)}
+    laws["aged"] = StaticFatigue(law=laws["MohrCoulomb"], rate=1e-6)
+    laws["StaticFatigue of MohrCoulomb"] = laws["aged"]
     laws["pairs"] = {("quartz", "mica"): laws["MohrCoulomb"], ...: laws["mine"]}
     parts = dict(_components({name: SimpleNamespace(**vars(one), law=law) for name, law in laws.items()}))
     assert list(parts) == [
-        "Specimen", "Elastic grains", "MohrCoulomb", "mine (Linear)", "pairs (MohrCoulomb) between quartz and mica",
-        "pairs (Linear) elsewhere", "Uniaxial compression",
+        "Specimen", "Elastic grains", "MohrCoulomb", "mine (Linear)",
+        "aged (StaticFatigue of MohrCoulomb)", "StaticFatigue of MohrCoulomb",
+        "pairs (MohrCoulomb) between quartz and mica", "pairs (Linear) elsewhere", "Uniaxial compression",
     ]  # fmt: skip
     rows = dict(parts["Specimen"])
     sizes = [float(rows[name].removesuffix(" mm")) for name in ("width", "height", "mean grain size")]

@@ -36,7 +36,7 @@ class Paper:
     table: Table  #: of the compressions
     elastic: ElasticProperties  #: of the first specimen, from statics
     held: Mapping[str, Flutter]  #: specimens without damping, by law
-    calibrated: Mapping[str, Any]  #: what calibrations of laws have found, see :mod:`grainlaw.cli.paper_calibration`
+    calibrated: Mapping[str, Any]  #: what calibrations of laws have found, see paper_calibration.py
 
     def compressed(self, law: str, confinement: float = 0.0) -> Table:
         """Compressions with local damping."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import Any
 
@@ -42,15 +42,15 @@ def prepared(law: ContactLaw) -> PreparedLaw:
     return PreparedLaw(one, compile_law(one))
 
 
-def uniform(component: Any) -> Any:
-    """The component with the mean of each parameter that differs between contacts."""
+def uniform(component: Any, number: Callable[[np.ndarray], Any] = np.mean) -> Any:
+    """The component with one number of each parameter that differs between contacts: their mean, or as told."""
     changes = {}
     for field in attrs.fields(type(component)):
         value = getattr(component, field.name)
         if isinstance(value, np.ndarray):
-            changes[field.name] = float(value.mean())
-        elif attrs.has(type(value)) and uniform(value) is not value:
-            changes[field.name] = uniform(value)
+            changes[field.alias] = float(number(value))
+        elif attrs.has(type(value)) and (one := uniform(value, number)) is not value:
+            changes[field.alias] = one
     return attrs.evolve(component, **changes) if changes else component
 
 

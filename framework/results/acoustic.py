@@ -112,7 +112,8 @@ class AcousticEvents(metaclass=Checked):
         Exact for sources in one plane; others are given what one plane would come nearest with.
         """
         mean, half = _mean_and_half(self.potency)
-        return np.degrees(np.arcsin(np.clip(mean / np.where(half > 0, half, np.inf), -1, 1)))
+        share = np.divide(mean, half, out=np.sign(mean), where=half > 0)  # where all directions open alike, 90
+        return np.degrees(np.arcsin(np.clip(share, -1, 1)))
 
     @property
     def kind(self) -> np.ndarray:
@@ -155,7 +156,7 @@ class AcousticEvents(metaclass=Checked):
         """
         if Path(file).suffix != ".vtu" or not len(self):
             raise refusal("write_vtk: file", str(file), "a name that ends in .vtu, of at least one event")
-        kind = np.select([self.kind == kind for kind in KINDS], range(len(KINDS)))
+        kind = np.select([self.kind == kind for kind in KINDS], range(len(KINDS)), -1)
         tensor = {name: in_tensor(getattr(self, name)) for name in ("moment", "potency")}
         columns = self._columns() | tensor | {"kind": kind, "event": np.arange(len(self))}
         del columns["position"]

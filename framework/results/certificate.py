@@ -46,7 +46,13 @@ def fails(name: str, value: Any) -> bool:
 
 def has_failed(result: Result) -> bool:
     """Whether the specimen has failed; also where a test has no strength."""
-    return not any(math.isnan(result.summary[name]) for name in STRENGTHS if name in result.summary)
+    return not any(map(math.isnan, _numbers(result, STRENGTHS).values()))
+
+
+def _numbers(result: Result, names: Iterable[str]) -> dict[str, float]:
+    """The properties of these names that are numbers."""
+    found: dict[str, Any] = {name: result.summary.get(name) for name in names}
+    return {name: float(value) for name, value in found.items() if isinstance(value, Real)}
 
 
 def stopped_before(result: Result) -> Sequence[str]:
@@ -72,15 +78,14 @@ def is_whole(result: Result) -> bool:
 
 def doubts(result: Result) -> Iterator[str]:
     """In words, each check of the certificate that has failed, or cannot be computed; and what is no strength."""
-    summary = result.summary
-    strengths = [summary[name] for name in STRENGTHS if name in summary]
-    ends = () if any(map(math.isfinite, strengths)) else stopped_before(result)
+    summary, numbers = result.summary, _numbers(result, (*STRENGTHS, *STRENGTHS.values()))
+    ends = () if any(math.isfinite(numbers.get(name, math.nan)) for name in STRENGTHS) else stopped_before(result)
     if ends:
         yield "the test ended in its stage '{}', before its stage '{}'".format(*ends)
     elif not has_failed(result) and can_fail(result):
         yield "the specimen had not failed when the test ended"
     for name, largest in STRENGTHS.items():
-        if summary.get(largest, -math.inf) > (1 + HIGHER) * summary.get(name, math.nan):
+        if numbers.get(largest, -math.inf) > (1 + HIGHER) * numbers.get(name, math.nan):
             words = result.quantity(largest).words
             yield (
                 f"after its first failure the specimen bore more than its strength, its {words} is that of what was "

@@ -274,10 +274,11 @@ class Laboratory(metaclass=Checked):
         ]
 
     def plot(self, panel: str | None = None, *, ax: Any = None) -> Figure:
-        """Draw all panels, or one: "thresholds", "growth", "rose", "fragments", "events" or "lost" (energy).
+        """Draw all panels, or one of them.
 
-        Of a measured curve there are the thresholds alone. One panel is drawn into the axes ``ax`` of matplotlib, if
-        they are given; the rose needs polar ones. Returns the figure. Raises ParameterError.
+        They are "thresholds", "growth", "rose", "fragments", "events", "mechanisms", "moments" and "lost" (energy). Of
+        a measured curve there are the thresholds alone. One panel is drawn into the axes ``ax`` of matplotlib, if they
+        are given; the rose needs polar ones. Returns the figure. Raises ParameterError.
         """
         from grainlaw.results.figures.laboratory import plot_laboratory, plot_panel
 

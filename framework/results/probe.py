@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +11,7 @@ import numpy as np
 
 from grainlaw.arguments import Checked, fits
 from grainlaw.contact import ContactLaw, memory_names
+from grainlaw.engine.model import uniform
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, checked_points, whole_number
 from grainlaw.messages import refusal
@@ -210,19 +212,7 @@ class _Run:
         a, b = self.grains[interface].tolist()
         return ContactPath(
             point=point, grains=(a, b), position=self.positions[point].copy(), time=time,
-            law=law_at(law, interface - begin + second * (end - begin)),
+            law=uniform(law, operator.itemgetter(interface - begin + second * (end - begin))),
             broken=float(self.broken_time[point]), mode=float(self.broken_mode[point]),
             **dict(zip(QUANTITIES, table.T, strict=True)),
         )  # fmt: skip
-
-
-def law_at(law: Any, place: int) -> Any:
-    """A law, or a part of one, with the parameters of one of its contact points."""
-    own = {}
-    for field in attrs.fields(type(law)):
-        value = getattr(law, field.name)
-        if isinstance(value, np.ndarray):
-            own[field.alias] = float(value[place])
-        elif attrs.has(type(value)):
-            own[field.alias] = law_at(value, place)
-    return attrs.evolve(law, **own) if own else law

@@ -147,7 +147,7 @@ class Result(metaclass=Checked):
     summary: dict[str, Any]  #: properties by name, SI
     cracks: Cracks  #: broken contact points
     frames: list[Frame]  #: moments of the run
-    interfaces: np.ndarray  #: (c, 4) nodes: start and end on one grain, then start and end on the other; see below
+    interfaces: np.ndarray  #: (c, 4) nodes: start and end on one grain, then start and end on the other
     stages: Sequence[str] = ()  #: their names, by the numbers in the curves
 
     @classmethod

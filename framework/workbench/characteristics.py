@@ -70,8 +70,8 @@ def _row(name: str, mode: Mode, declared: float) -> tuple[str, ...]:
 def characteristics(law: ContactLaw) -> Characteristics:
     """Pull a law, and shear it under no pressure and under three that suit its strength.
 
-    The pressures are held while the contact slips. Peaks and works are right to 0.1 %. Raises TypeError for what is
-    no law, ValueError for one whose numbers differ from contact to contact.
+    The pressures are held while the contact slips. Peaks and works are right to 0.1 %. Raises ParameterError for
+    what is no law, and for one whose numbers differ from contact to contact.
     """
     contact = alone(law)
     with np.errstate(all="ignore"):

@@ -75,8 +75,8 @@ def check_law(law: ContactLaw, *, compiled: bool = True) -> Report:
     """Ask a law for every property that makes laws comparable and safe to run.
 
     The paths are scaled from the law's own stiffness and peaks: pull, shear and reverse, both under pressure, open and
-    slide and close, mixed ratios. ``compiled=False`` leaves out the comparison with machine code. Raises TypeError for
-    what is no law, ValueError for a law whose numbers differ from contact to contact or whose stiffness is no number.
+    slide and close, mixed ratios. ``compiled=False`` leaves out the comparison with machine code. Raises
+    ParameterError for what is no law, whose numbers differ from contact to contact, or whose stiffness is no number.
     """
     bench = Bench(law)
     chosen = (name for name in PROPERTIES if compiled or name != "compiled")

@@ -178,14 +178,18 @@ def alone(law: Any) -> Contact:
     """One contact of a law. Raises ParameterError for what is no law, and where its numbers are not single ones."""
     if not isinstance(law, ContactLaw) or not attrs.has(type(law)):
         raise ParameterError(f"this takes an instance of an attrs class that is a gl.ContactLaw, not {short(law)}")
-    if any(isinstance(value, list) for value in parameters(law).values()):
-        name = type(law).__name__
-        raise ParameterError(f"{name}: give the law of one contact, and give single numbers instead of arrays")
+    _refuse_arrays(law)
     declared = declared_stiffness(law)
-    if not fits(declared, tuple[float, float]) or not all(math.isfinite(k) and k > 0 for k in declared):
+    if not fits(declared, tuple[float, float]):
         raise refusal(f"{type(law).__name__}.stiffness", declared, "two positive numbers (Pa/m)")
     refuse_endless(law)
     return Contact(law)
+
+
+def _refuse_arrays(law: ContactLaw) -> None:
+    if any(isinstance(value, list) for value in parameters(law).values()):
+        name = type(law).__name__
+        raise ParameterError(f"{name}: give the law of one contact, and give single numbers instead of arrays")
 
 
 @checked
@@ -196,6 +200,7 @@ def trace(law: ContactLaw, opening: Any, slip: Any, *, compiled: bool = False, t
     Interpreted, or through the ``compiled`` code a simulation runs; both agree to 1e-12. Raises TypeError for a law
     that returns anything but its two tractions and its memory, ParameterError for arrays that are no path.
     """
+    _refuse_arrays(law)
     ends = _path("opening", opening), _path("slip", slip)
     if any(end.ndim > 1 for end in ends) or len({end.size for end in ends if end.size != 1}) > 1:
         raise ParameterError(

@@ -78,8 +78,8 @@ def mixed(contact: Contact, ratio: float, opening: Reach, slip: Reach) -> Trace:
 def plot_law(law: ContactLaw) -> Figure:
     """Draw what a law answers: pull and release, closure, shear under pressure, mixed paths, and its strength.
 
-    Ranges follow the law's own peaks and breaks. Pressures are held while the contact slips. Raises TypeError for what
-    is no law, ValueError for one whose numbers differ from contact to contact.
+    Ranges follow the law's own peaks and breaks. Pressures are held while the contact slips. Raises ParameterError for
+    what is no law, and for one whose numbers differ from contact to contact.
     """
     contact, found = alone(law), characteristics(law)
     opening = reach(found.tension.displacement, found.tension.breaking)

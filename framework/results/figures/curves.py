@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
+from numbers import Real
 from typing import Any
 
 import attrs
@@ -323,7 +325,8 @@ def _failure(result: Result, column: str, over: str) -> Borne | None:
 
     The summary of a test of several stages may judge one of them alone, and find that nothing failed there.
     """
-    if np.isnan(result.summary.get("strength", 0.0)):
+    strength = result.summary.get("strength", 0.0)
+    if isinstance(strength, Real) and math.isnan(strength):
         return None
     found = borne_in(result.curves) if (column, over) in LOADS else None
     own = np.flatnonzero(result.curves[column] == result.summary.get("strength"))

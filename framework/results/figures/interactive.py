@@ -14,7 +14,7 @@ from grainlaw.arguments import checked
 from grainlaw.columns import TIME, quantity_of
 from grainlaw.fields import ParameterError
 from grainlaw.results.archive import in_words, law_name
-from grainlaw.results.figures.cracks import RIM, SHEAR, TENSILE, outlines
+from grainlaw.results.figures.cracks import RIM, SHEAR, TENSILE, outlines, unit_of
 from grainlaw.results.figures.pages import write_page
 from grainlaw.results.probe import ContactPath, Probe
 from grainlaw.results.result import Result, contact_segments
@@ -66,7 +66,7 @@ def _panels(result: Result, paths: Sequence[ContactPath]) -> list[Any]:
         title=result.quantity(_axes_of(result)[0]).heading,
     )  # fmt: skip
     curve, marks = _curve(result, table["moments"])
-    specimen = _figure("x (mm)", "y (mm)", match_aspect=True)
+    specimen = _figure(*(f"{axis} ({unit_of(result).name})" for axis in "xy"), match_aspect=True)
     rims, cracks, path = (ColumnDataSource({}) for _ in range(3))
     rims.data = {name: values[len(values) - len(values) // count :] for name, values in table["outlines"].data.items()}
     first = table["moments"].data["first"]
@@ -194,7 +194,7 @@ def _tables(result: Result, frames: Sequence[int], paths: Sequence[ContactPath])
     rims, rows, numbers = [], [], []
     for k in frames:
         frame = result.frames[k]
-        place = (result.mesh.nodes + frame.displacement) * 1e3
+        place = (result.mesh.nodes + frame.displacement) * unit_of(result).factor
         rims.append(np.where(ring[:, None] < 0, np.nan, place[ring]))
         broken = np.flatnonzero(~np.isnan(frame.bonds["broken_time"]))
         numbers.append(len(broken))

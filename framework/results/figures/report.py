@@ -13,8 +13,9 @@ import numpy as np
 
 from grainlaw.columns import quantity_of
 from grainlaw.edge_keys import words_of
+from grainlaw.messages import short
 from grainlaw.quantity import Quantity
-from grainlaw.results.archive import READ, called, in_words
+from grainlaw.results.archive import READ, called, in_words, law_name
 from grainlaw.results.certificate import COST, FAIL, LIMITS, can_fail, fails, has_failed, text_of, warnings_of
 from grainlaw.results.figures.cracks import pressures_side_by_side, side_by_side, temperatures_side_by_side
 from grainlaw.results.figures.curves import plot_report_curves, plot_samples
@@ -155,7 +156,7 @@ def _components(results: Mapping[str, Result]) -> Iterator[tuple[str, list[list[
     for name, result in results.items():
         laws = result.law if isinstance(result.law, Mapping) else {"": result.law}
         for pair, law in laws.items():
-            kind = called(law)
+            kind = law_name(law)
             between = f" {words_of(pair)}" if pair != "" else ""
             yield (kind if name == kind else f"{name} ({kind})") + between, _rows(law)
     yield in_words(first.protocol), _rows(first.protocol)
@@ -192,6 +193,8 @@ def _rows(component: Any, before: str = "") -> list[list[str]]:
             rows += [[name, type(value).__name__], *_rows(value, f"{name}.")]
         elif "unit" in field.metadata and isinstance(value, (Real, np.ndarray)):
             rows.append([name, _range(value, field.metadata["unit"])])
+        elif isinstance(value, np.ndarray):
+            rows.append([name, short(value)])
         elif value is None or value == ():
             rows.append([name, "-"])
         elif isinstance(value, tuple):
