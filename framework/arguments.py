@@ -199,8 +199,9 @@ def _is_list(value: Any) -> bool:
 
 
 def is_number(value: Any, kind: type = Real) -> bool:
-    """Whether a value is a single number, of Python or numpy; True and False are none."""
-    return isinstance(value, kind) and not isinstance(value, (bool, np.bool_))
+    """Whether a value is a single number, of Python or numpy; True and False are none, nor is what no float holds."""
+    is_one = isinstance(value, kind) and not isinstance(value, (bool, np.bool_))
+    return is_one and not (isinstance(value, int) and abs(value) > sys.float_info.max)
 
 
 def floats(value: Any) -> np.ndarray:

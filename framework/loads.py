@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Sequence
+from numbers import Integral
 from typing import Any
 
 import attrs
@@ -46,7 +47,7 @@ __all__ = [
 
 
 def _is_axis(drive: Driven, attribute: attrs.Attribute, value: int) -> None:
-    if not is_number(value, int) or value not in (0, 1):
+    if not is_number(value, Integral) or value not in (0, 1):
         raise refusal(f"{type(drive).__name__}: axis", value, "0 (along x) or 1 (along y)")
 
 

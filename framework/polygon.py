@@ -23,6 +23,9 @@ def areas_and_centroids(points: np.ndarray, first: np.ndarray) -> tuple[np.ndarr
         return areas, origin + moments / (6 * areas[:, None])
 
 
+LONG = 8.0  #: times the median length of sides
+
+
 def ring_area(ring: np.ndarray) -> float:
     """Of one polygon (n, 2), negative where it runs clockwise."""
     return float(areas_and_centroids(ring, np.array([0, len(ring)]))[0][0])
@@ -43,17 +46,30 @@ def linked(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 def crossing_sides(start: np.ndarray, end: np.ndarray, after: np.ndarray) -> tuple[int, int] | None:
     """Two sides of closed outlines that share more than the corner between them; side ``after[k]`` follows side k."""
-    i, j = np.indices((len(start), len(start)))
-    along = end - start
-    # sign: the start and the end of side j to the left of side i
-    astride = cross(along[:, None], start - start[:, None]) * cross(along[:, None], end - start[:, None]) <= 0
+    along, (i, j) = end - start, near_sides(start, end)
     ends = np.stack([start, end])
     low, high = ends.min(axis=0), ends.max(axis=0)
-    near = ((low[:, None] <= high) & (low <= high[:, None])).all(axis=2)
-    meet = (i < j) & (after[i] != j) & (after[j] != i) & astride & astride.T & near
+    meet = ((low[i] <= high[j]) & (low[j] <= high[i])).all(axis=1) & (after[i] != j) & (after[j] != i)
+    for one, other in ((i, j), (j, i)):  # sign: the start and the end of the other to the left of the one
+        left = (cross(along[one], at[other] - start[one]) for at in (start, end))
+        meet &= np.multiply(*left) <= 0
     onward = along[after]
-    meet |= (j == after[i]) & ((cross(along, onward) == 0) & ((along * onward).sum(axis=1) <= 0))[:, None]
-    return next(((int(k), int(m)) for k, m in np.argwhere(meet)), None)
+    back = np.flatnonzero((cross(along, onward) == 0) & ((along * onward).sum(axis=1) <= 0))
+    found = [(i[meet], j[meet]), (back, after[back])]
+    return min((pair for pairs in found for pair in zip(*(each.tolist() for each in pairs), strict=True)), default=None)
+
+
+def near_sides(start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """(2, n) pairs of sides, the smaller number first, whose circles overlap: all that can meet are among them."""
+    middle, half = (start + end) / 2, np.hypot(*(end - start).T) / 2
+    is_long = half > LONG * np.median(half)  # few, so they are compared with all
+    short, long = np.flatnonzero(~is_long), np.flatnonzero(is_long)
+    tree = scipy.spatial.cKDTree(middle[short])
+    pairs = [short[tree.query_pairs(2.01 * half[short].max(), output_type="ndarray").reshape(-1, 2)]]
+    pairs += [np.column_stack([np.full(len(half), k), np.arange(len(half))]) for k in long]
+    i, j = np.sort(np.concatenate(pairs), axis=1).T
+    near = (i < j) & (np.hypot(*(middle[i] - middle[j]).T) <= 1.001 * (half[i] + half[j]))
+    return np.unique(np.column_stack([i, j])[near], axis=0).T
 
 
 def enclosed(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:

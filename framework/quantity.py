@@ -17,11 +17,12 @@ THREE = "three digits"  #: in place of a form of Python
 
 
 def _is_form(quantity: Quantity, attribute: Any, value: Any) -> None:
-    if value != THREE:
-        try:
-            format(1.5, value)
-        except (ValueError, TypeError):
-            raise refusal("Quantity: form", value, "how Python formats a number, as '.4g'") from None
+    try:
+        is_one = isinstance(value, str) and (value == THREE or bool(format(1.5, value)))
+    except ValueError:
+        is_one = False
+    if not is_one:
+        raise refusal("Quantity: form", value, "how Python formats a number, as '.4g'")
 
 
 @attrs.frozen(repr=False)

@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
-from grainlaw.fields import ParameterError, parameter
+from grainlaw.fields import ParameterError, parameter, vector
 from grainlaw.geometry.cells.any_voronoi import NEAR, frame
 from grainlaw.geometry.cells.convex import Polygon, polygon_of, split
 from grainlaw.geometry.cells.cutting import Cutter
@@ -35,7 +35,7 @@ class JointSet(metaclass=Checked):
     #: from the x axis, negative where the joints fall to the right
     dip: float = parameter("deg", above=-90, at_most=90)
     spacing: float = parameter("m")  #: between joints, at right angles to them
-    through: tuple[float, float] = attrs.field(default=(0.0, 0.0), metadata={"unit": "m"})  #: a point on one of them
+    through: tuple[float, float] = vector("m", default=(0.0, 0.0))  #: a point on one of them
     name: str = ""  #: by which laws name the set; set 1, set 2 ... if not given
 
     @property

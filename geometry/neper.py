@@ -168,6 +168,8 @@ def _names(words: list[str], edges: np.ndarray) -> Iterator[tuple[tuple[int, int
         label, count = words[at], int(words[at + 1])
         name = BOX[BOX_LABELS.index(label)] if label in BOX_LABELS else label
         for e in words[at + 2 : at + 2 + count]:
+            if not 0 < int(e) <= len(edges):
+                raise ValueError(f"there is no edge {e}")
             i, j = sorted(edges[int(e) - 1].tolist())
             yield (i, j), name
         at += 2 + count

@@ -81,6 +81,6 @@ def phases_of(where: str, phases: Any, count: int) -> tuple[np.ndarray | None, t
     if sized and all(isinstance(each, str) for each in given):
         names = tuple(dict.fromkeys(given))
         return np.array([names.index(each) for each in given]), names
-    if sized and all(is_number(each) and each == int(each) and each >= 0 for each in given):
+    if sized and all(is_number(each) and float(each).is_integer() and each >= 0 for each in given):
         return np.array(given, dtype=np.int64), ()
     raise refusal(f"{where}: phases", phases, f"a name or a whole number from 0 for each of the {count} polygons")

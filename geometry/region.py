@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from numbers import Real
 from typing import Any
 
 import numpy as np
 
-from grainlaw.arguments import checked
+from grainlaw.arguments import checked, is_number
 from grainlaw.fields import ParameterError, checked_points, checked_whole_number
 from grainlaw.messages import in_python, short
 from grainlaw.polygon import ring_area
@@ -21,8 +20,7 @@ def check_sizes(shape: str, *, below: float = math.inf, unit: str = "m", zero: b
     least = "at least 0" if zero else "above 0"
     limit = "" if below == math.inf else f" and below {below:g}"
     for name, value in values.items():
-        number = isinstance(value, Real) and not isinstance(value, bool)
-        if not number or not (0 < value < below or (zero and value == 0)):
+        if not is_number(value) or not (0 < value < below or (zero and value == 0)):
             measured = "" if isinstance(value, str) else f" {unit}"
             raise ParameterError(
                 f"{shape}: {name} = {short(value)}{measured} is not allowed, it must be a finite number {least}{limit}"
@@ -81,7 +79,7 @@ def shear_box(width: float, height: float, gap: float = 0.0) -> Region:
     return Region(np.array(corners, dtype=float), tuple(names))
 
 
-MOST_SIDES = 100_000  #: of a disc
+MOST_SIDES = 100_000  #: of a circle
 
 
 def _arc(radius: float, begin: float, end: float, longest: float) -> np.ndarray:
@@ -129,7 +127,7 @@ def plate_with_hole(width: float, height: float, diameter: float, *, sides: int 
     """
     check_sizes("plate_with_hole", width=width, height=height)
     check_sizes("plate_with_hole", below=min(width, height), diameter=diameter)
-    sides = checked_whole_number("plate_with_hole: sides", sides, at_least=8)
+    sides = checked_whole_number("plate_with_hole: sides", sides, at_least=8, at_most=MOST_SIDES)
     x, y = width / 2, height / 2
     radius = diameter / 2 * math.sqrt(2 * math.pi / sides / math.sin(2 * math.pi / sides))
     corners = np.array([(-x, -y), (x, -y), (x, y), (-x, y)])
@@ -150,7 +148,7 @@ def semi_disc(
     check_sizes("semi_disc", diameter=diameter)
     check_sizes("semi_disc", below=diameter / 2, notch_depth=notch_depth)
     check_sizes("semi_disc", below=diameter, span=span)
-    sides = checked_whole_number("semi_disc: sides", sides, at_least=8)
+    sides = checked_whole_number("semi_disc: sides", sides, at_least=8, at_most=MOST_SIDES)
     radius = diameter / 2
     supports = _supported("semi_disc", -radius, radius, 0.0, span, bearing, notch_width, notch_depth)
     half = math.degrees(math.asin(bearing / diameter))

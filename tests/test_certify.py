@@ -21,6 +21,8 @@ def test_the_limit_is_richardsons():
     assert found.limit == pytest.approx(100 * MPa)
     assert found.error == pytest.approx(4 * MPa)
     assert "8.0% off" in str(found)
+    wild = QuasiStaticLimit(name="strength", strength=2 * MPa, slower=1 * MPa)
+    assert str(wild).endswith("too far apart to tell a quasi-static limit")
 
 
 @pytest.mark.thorough

@@ -198,6 +198,7 @@ def test_sets_that_meet_at_right_angles_stay_as_they_are():
         (lambda: JointSets(sets=[attrs.evolve(OBLIQUE[0])] * 2), "names = .* is not allowed, it must be different"),
         (lambda: JointSets(sets=[attrs.evolve(OBLIQUE[0], name="inside")]), "names = .* is not allowed"),
         (lambda: JointSets(sets=OBLIQUE, merge=0.5), "merge = 0.5 spacings is not allowed"),
+        (lambda: JointSet(dip=0, spacing=0.01, through=(np.nan, 0)), "JointSet: through = .*nan.* is not allowed"),
     ],
 )
 def test_what_is_refused(make, words):

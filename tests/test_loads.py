@@ -216,6 +216,10 @@ def test_a_platen_under_a_force_takes_part_in_a_change_of_velocity():
     assert state.platens.arrays.velocity[0] == pytest.approx([1.0], rel=1e-6)
 
 
+def test_an_axis_may_be_one_of_numpy():
+    assert gl.loads.Drive(boundary="top", axis=np.int64(1), speed=0.0).axis == 1
+
+
 def test_a_platen_needs_a_freedom_that_is_not_fixed():
     sample = small_sample(6)
     top = np.unique(sample.mesh.node_grain[sample.mesh.boundaries["top"]]).tolist()

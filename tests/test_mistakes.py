@@ -262,6 +262,20 @@ REFUSED = {
         lambda _: run(test=Own(loads=[drive(), gl.loads.Pressure(boundary="top", pressure=1e6)])),
         "a Pressure on the boundary top is not allowed beside a Drive .* the pressure does nothing",
     ),
+    "an interval as a text": (
+        lambda _: run(every="60 s"),
+        r"simulate: every = '60 s' is not allowed, it must be a finite number and at least 0; write 60",
+    ),
+    "no frame": (lambda _: run(frames=-5), "simulate: frames = -5 is not allowed, .* whole number, at least 1"),
+    "frames as a text": (lambda _: run(frames="30"), "simulate: frames = '30' is not allowed, .* whole number"),
+    "a stress to be held as a text": (
+        lambda _: gl.hold(small_sample(4), BRITTLE, stress="20 MPa"),
+        "hold: stress = '20 MPa' is not allowed",
+    ),
+    "a number that no float holds": (
+        lambda _: gl.loads.Drive(boundary="top", axis=1, speed=10**400),
+        "Drive: speed = .* is not allowed",
+    ),
     "time step too large": (
         lambda _: run(time_step_factor=2),
         "time_step_factor = 2 is not allowed, .* from 1e-06 to 1",

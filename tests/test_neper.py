@@ -184,6 +184,7 @@ FULL = tess(cell=GROUPS, more=SCALES)
         (FULL.replace("   4 4 5 0", "   4 4 9 0"), "no complete tessellation file"),
         (FULL.replace("   4 4 5 0", "   4 0 5 0"), "no complete tessellation file"),
         (FULL.replace("   4 4 5 0", "   4 4 5.5 0"), "no complete tessellation file"),
+        (FULL.replace("     2 4 5\n", "     2 0 5\n"), "no complete tessellation file"),
         (FULL.replace("8  1.12", "8  x1.12"), "no complete tessellation file"),
         (FULL.replace("8  1.12", "9  1.12"), "no complete tessellation file"),
     ],

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -40,6 +41,12 @@ def test_conversions_are_exact(text, unit, expected):
 
 def test_a_half_turn_in_radians():
     assert quantity(f"{math.pi} rad", "deg") == pytest.approx(180, rel=1e-15)
+
+
+@pytest.mark.parametrize("form", [np.array([1.0, 2.0]), 3, "no form"])
+def test_what_is_no_form_is_refused(form):
+    with pytest.raises(ParameterError, match="Quantity: form = "):
+        gl.Quantity("a", form=form)
 
 
 @pytest.mark.parametrize("name", [*units.__all__, "min"])

@@ -18,7 +18,7 @@ from grainlaw.engine.model import Model
 from grainlaw.messages import refusal, short
 from grainlaw.runs.elastic_properties import ElasticProperties
 from grainlaw.runs.identity import digest
-from grainlaw.runs.record import described_run
+from grainlaw.runs.record import described, described_run
 from grainlaw.short_form import MOST, MOST_OF_LAW, _listed, _other
 from grainlaw.workbench.conformance import Entry, Report
 
@@ -32,6 +32,16 @@ EXPORTED = sorted(
 @pytest.fixture(scope="module")
 def result():
     return gl.simulate(small_sample(), BRITTLE, PULL)
+
+
+def test_a_long_list_that_is_no_numbers_has_a_hash():
+    @attrs.frozen
+    class Named:
+        words: tuple = ()
+
+    one, other = (described(Named(words=tuple(f"{k}{end}" for k in range(101))))["words"] for end in "ab")
+    assert one["count"] == 101
+    assert one["sha256"] != other["sha256"]
 
 
 def unmade(kind):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 
+import attrs
 import numpy as np
 import pytest
 from tiling import BEAM, BEND
@@ -66,6 +67,16 @@ def test_shear_box_is_split_at_half_its_height() -> None:
     assert lengths(shear_box(2, 1, gap=0.25))["left_gap"] == 0.25
 
 
+def test_a_circle_may_have_many_sides():
+    """By pairs of sides that are near: all pairs of so many take 18 GB."""
+    region = disc(50e-3, sides=20_000)
+    assert len(region.start) == 20_000 * 320 / 360 + 2  # and two flat ends
+    outline = region.outline.copy()
+    outline[[100, 200]] = outline[[200, 100]]
+    with pytest.raises(ParameterError, match="outline crosses or touches itself at its sides 99 and"):
+        attrs.evolve(region, outline=outline)
+
+
 @pytest.mark.parametrize(
     ("shape", "arguments", "message"),
     [
@@ -78,6 +89,8 @@ def test_shear_box_is_split_at_half_its_height() -> None:
         (notched_beam, {"span": 3.95}, "notched_beam: bearing = 0.1 m is not allowed, .* below 0.05"),
         (notched_beam, {"notch_width": 3}, "notched_beam: notch_width = 3 m is not allowed, .* below 2.9"),
         (semi_disc, {"notch_depth": 2}, "semi_disc: notch_depth = 2 m is not allowed, .* below 2"),
+        (semi_disc, {"sides": 100_001}, "semi_disc: sides = 100001 is not allowed, .* from 8 to 100000"),
+        (disc, {"diameter": 10**400}, "disc: diameter = .* m is not allowed"),
         (semi_disc, {"span": np.nan}, "semi_disc: span = nan m is not allowed, .* below 4"),
     ],
 )

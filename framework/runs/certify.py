@@ -37,8 +37,10 @@ class QuasiStaticLimit(metaclass=Checked):
         return abs(self.strength - self.slower)
 
     def __str__(self) -> str:
-        what, share = quantity_of(self.name), abs(self.strength / self.limit - 1)
-        words = map(what.with_unit, (self.strength, self.slower, self.limit, self.error))
+        words = [*map(quantity_of(self.name).with_unit, (self.strength, self.slower, self.limit, self.error))]
+        if self.limit <= 0:
+            return "{}, at half the speed {}: too far apart to tell a quasi-static limit".format(*words)
+        share = abs(self.strength / self.limit - 1)
         return "{}, at half the speed {}: quasi-static limit {}, give or take {}".format(*words) + f" ({share:.1%} off)"
 
 

@@ -15,7 +15,7 @@ from grainlaw.contact import Laws
 from grainlaw.detection import EVERYWHERE, Detection
 from grainlaw.engine.model import Model
 from grainlaw.engine.state import State
-from grainlaw.fields import parameter, part
+from grainlaw.fields import checked_number, parameter, part
 from grainlaw.integration import CentralDifference, DynamicRelaxation, MassDamping, Undamped
 from grainlaw.loads import Drive, InitialVelocity
 from grainlaw.protocol import LoadingProtocol
@@ -149,6 +149,7 @@ def hold(
     sides too, for grains without bonds; ``duration`` (s) is that of holding, some 12,000 steps by default. Raises as
     :func:`simulate`, and :class:`StageError` for a specimen that fails before the stress is reached.
     """
+    stress = checked_number("hold: stress", stress, "Pa", above=0)
     modulus, wave_speed, size = scales(Model(specimen, law))
     test = _HeldStill(
         stress=stress, modulus=modulus, wave_speed=wave_speed, confined=confined,

@@ -24,6 +24,7 @@ import attrs
 import numpy as np
 
 import grainlaw
+from grainlaw.arguments import floats
 from grainlaw.compiler.cache import is_portable
 from grainlaw.compiler.numba_private import processor
 from grainlaw.conditions import StageError
@@ -94,7 +95,11 @@ def _short(value: Any) -> Any:
         return value
     if len(value) <= LONGEST:
         return [_short(entry) for entry in value]
-    array = np.asarray(value, dtype=float)
+    try:
+        array = floats(value)
+    except (TypeError, ValueError):  # texts, or rows of unequal lengths
+        text = json.dumps(value, default=str)
+        return {"count": len(value), "sha256": hashlib.sha256(text.encode()).hexdigest()}
     least, most = float(array.min()), float(array.max())
     return {"count": len(array), "least": least, "most": most, "sha256": hashlib.sha256(array.tobytes()).hexdigest()}
 

@@ -19,7 +19,7 @@ from grainlaw.engine.model import Model
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.engine.thread_count import AUTO, ThreadCount, Threads, checked_threads, cores
-from grainlaw.fields import ParameterError
+from grainlaw.fields import ParameterError, checked_number, checked_whole_number
 from grainlaw.integration import Integrator
 from grainlaw.loads import Quiet
 from grainlaw.messages import refusal
@@ -96,15 +96,12 @@ def simulate(
     KeyboardInterrupt); these four have the ``result`` so far.
     """
     shared = threads if isinstance(threads, ThreadCount) else checked_threads("simulate: threads", threads)
-    if not every >= 0:
-        raise ParameterError(f"simulate: every = {every!r} s is not allowed, it must be at least 0")
+    checked_number("simulate: every", every, "s", at_least=0)
     if checkpoint is None and (restart or overwrite):
         raise ParameterError("simulate: restart and overwrite need a checkpoint, the folder of the run")
     options: dict[str, Any] = {
         "integrator": integrator, "time_step_factor": time_step_factor, "mass_scaling": mass_scaling, "frames": frames,
     }  # fmt: skip
-    if device is not None and not isinstance(device, Gpu):
-        raise refusal("simulate: device", device, "a Gpu")
     state, stages = begun(Model(specimen, law, detection), protocol, **options)
     stop, watching = stop or Stop(), list(observers)
 
@@ -163,6 +160,7 @@ def begun(
         raise refusal("simulate: time_step_factor", time_step_factor, f"from {LEAST_FACTOR:g} to 1")
     if not is_number(mass_scaling) or not 1 <= mass_scaling <= 100:
         raise refusal("simulate: mass_scaling", mass_scaling, "from 1 to 100")
+    checked_whole_number("simulate: frames", frames, at_least=1)
     ask_first_questions(model)
     check_memory(model.specimen, frames)
     state = State(model)

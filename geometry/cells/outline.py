@@ -10,11 +10,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from grainlaw.fields import ParameterError
 from grainlaw.geometry.cells.shared_edges import Polygons, crossing, place
-from grainlaw.polygon import cross, enclosed, ring_area
+from grainlaw.polygon import cross, enclosed, near_sides, ring_area
 from grainlaw.region import Region
 
 BOX = ("bottom", "right", "top", "left")  #: sides of an upright rectangle
@@ -82,11 +81,7 @@ def _refuse_doubled(where: str, polygons: Polygons) -> None:
 
 def _refuse_crossing(where: str, polygons: Polygons, loose: np.ndarray) -> None:
     a, b = polygons.vertices[polygons.corners[loose]], polygons.vertices[polygons.next[loose]]
-    half = np.hypot(*(b - a).T) / 2
-    near = cKDTree((a + b) / 2).query_ball_point((a + b) / 2, half + half.max())
-    i = np.repeat(np.arange(len(loose)), [len(hits) for hits in near])
-    j = np.array([j for hits in near for j in hits], dtype=np.int64)
-    i, j = i[i < j], j[i < j]
+    i, j = near_sides(a, b)
     apart = cross(b[i] - a[i], a[j] - a[i]) * cross(b[i] - a[i], b[j] - a[i]) < 0
     apart &= cross(b[j] - a[j], a[i] - a[j]) * cross(b[j] - a[j], b[i] - a[j]) < 0
     ends = np.column_stack([polygons.corners[loose], polygons.next[loose]])
