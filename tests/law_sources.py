@@ -6,7 +6,8 @@ import sys
 
 import attrs
 
-from grainlaw.cli.law_file import find_law
+import grainlaw as gl
+from grainlaw.cli.law_file import find_with_files
 
 KN, KS = 1e14, 9e13
 
@@ -173,7 +174,7 @@ def importing(folder):
 def by_file(name):
     def load(cells, folder):
         (folder / f"{name}.py").write_text("".join(cells))
-        return find_law(f"{folder / name}.py:law")
+        return find_with_files(f"{folder / name}.py:law", gl.ContactLaw)[0]
 
     return load
 

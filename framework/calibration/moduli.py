@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 
 import attrs
 import numpy as np
@@ -43,7 +43,7 @@ def meet_moduli(
         values = simulator.values([best], list(wanted), search.seeds, np.ones(1))
         return {name: float(spread(np.ravel(each))["mean"]) for name, each in values.items()}
 
-    found = fit_moduli(wanted, statics, measure, moduli_of(first, wanted))
+    found = fit_moduli(wanted, statics, measure, {name: first.moduli[name] for name in wanted})
     told = in_words(found.tested)
     search.tell(f"tests give {told} with E = {found.modulus / 1e9:.2f} GPa, nu = {found.poisson:.3f} by statics")
     if found.parameters != first.parameters:
@@ -66,11 +66,6 @@ class _Round:
     @property
     def worst(self) -> float:
         return float(np.max(np.abs(list(self.off.values()))))
-
-
-def moduli_of(stiffness: Stiffness, wanted: Iterable[str]) -> dict[str, float]:
-    """Those that statics give (SI), of the ones that are wanted."""
-    return {name: stiffness.moduli[name] for name in wanted}
 
 
 def expected_stiffness(

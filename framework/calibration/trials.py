@@ -185,8 +185,9 @@ class StudySimulator(Simulator):
                 levels = confined if test == CONFINED else (0.0,)
                 cases += [{**tested, "confinement": level} for level in levels]
         cases = list({tuple(case.items()): case for case in cases}.values())
+        found = {name: np.full((len(points), len(seeds)), np.nan) for name in quantities}
         if not cases:
-            return {name: np.full((len(points), len(seeds)), np.nan) for name in quantities}
+            return found
         measures = [MEASURES[name] for name in MEASURED]
         study = Study(self.case, cases=cases, seed=list(seeds), measures=measures)
         try:
@@ -195,11 +196,8 @@ class StudySimulator(Simulator):
             stopped.result = None  # a table of some points is no answer of a calibration
             raise
         rows = self._rows(table)
-        found = {name: np.full((len(points), len(seeds)), np.nan) for name in quantities}
-        for point in points:
-            self.points.setdefault(tuple(point.values()), len(self.points))
         for i, (point, scale) in enumerate(zip(points, scales, strict=True)):
-            number = self.points[tuple(point.values())]
+            number = self.points.setdefault(tuple(point.values()), len(self.points))
             for j, seed in enumerate(seeds):
                 for name in quantities:
                     found[name][i, j] = self._value(name, rows, trials[i], number, seed, float(scale))

@@ -65,13 +65,6 @@ def answering(context: click.Context, words: list[str]) -> Iterator[None]:
 
 def document(content: Mapping[str, Any]) -> str:
     """As JSON, null for what is not a finite number."""
-    from grainlaw.results.files import without_nan  # loads numpy, which the list of commands does without
+    from grainlaw.results.files import for_json, without_nan  # loads numpy, which the list of commands does without
 
-    return json.dumps(without_nan(content), indent=2, allow_nan=False, default=_plain)
-
-
-def _plain(value: Any) -> Any:
-    """What JSON has no word for: arrays as lists, all else as text."""
-    from grainlaw.results.files import without_nan
-
-    return without_nan(value.tolist()) if hasattr(value, "tolist") else str(value)
+    return json.dumps(without_nan(content), indent=2, allow_nan=False, default=for_json)

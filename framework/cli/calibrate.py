@@ -27,7 +27,7 @@ from grainlaw.cli.running import contents, end_stopped, refusing
 from grainlaw.cli.sections import Sections, assign, checked_sections, read_tables
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError, whole_number
-from grainlaw.messages import nearest, refusal
+from grainlaw.messages import refusal
 from grainlaw.results.files import warn, writable_folder
 from grainlaw.runs.claim import MATERIAL_FILES
 from grainlaw.runs.progress_file import read
@@ -90,21 +90,10 @@ def calibration_of(
 
     Raises :class:`ParameterError`, :class:`~grainlaw.cli.law_file.LawReferenceError`.
     """
-    tables = read_tables(file)
-    for name, table in tables.items():
-        if name not in (*OWN, *OTHERS):
-            known = (*OWN, *OTHERS)
-            raise ParameterError(
-                f"{file}: there is no section '{name}' in a calibration{nearest(name, known)} "
-                f"(sections: {', '.join(known)})"
-            )
-        if not isinstance(table, dict):
-            raise refusal(f"{file}: {name}", table, f"a section [{name}]")
-    beside = {name: tables.pop(name, {}) for name in OWN}
-    sections = checked_sections(tables, file)
+    sections = checked_sections(read_tables(file), file, (*OWN, *OTHERS), " in a calibration")
     for assignment in assignments:
-        is_own = assignment.partition(".")[0].strip() in OWN
-        assign(beside if is_own else sections, assignment, OWN if is_own else (*OWN, *OTHERS))
+        assign(sections, assignment, (*OWN, *OTHERS))
+    beside = {name: sections.pop(name, {}) for name in OWN}
     refuse_unknown("numerics", sections.get("numerics", {}), ["refinement"])
     for name, of in (("sample", sections.get("sample", {})), *((shape, beside[shape]) for shape in (DISC, HALF_DISC))):
         if "file" in of:

@@ -28,30 +28,11 @@ class LawReferenceError(ValueError):
     """A reference that leads to no law; the message says what to write instead."""
 
 
-def find_law(reference: str) -> ContactLaw:
-    """The law of ``FILE.py:LAW``, an instance in the file or a class that needs no parameters.
-
-    The file is run, as a module with its folder in the search path. Raises :class:`LawReferenceError`.
-    """
-    law: ContactLaw = find_with_files(reference, ContactLaw)[0]
-    return law
-
-
-def find_material(reference: str) -> Material:
-    """The material of ``FILE.py:MATERIAL``, as :func:`find_law`. Raises :class:`LawReferenceError`."""
-    material: Material = find_with_files(reference, Material)[0]
-    return material
-
-
-def find_test(reference: str) -> Any:
-    """The test of ``FILE.py:TEST``, an instance in the file or a class. Raises :class:`LawReferenceError`."""
-    return find_with_files(reference, LoadingProtocol)[0]
-
-
 def find_with_files(reference: str, kind: type) -> tuple[Any, list[Path]]:
-    """The law, material or test of a reference; its file, and those of its folder that it imports.
+    """The law, material or test of ``FILE.py:NAME``; its file, and those of its folder that it imports.
 
-    A class of tests stays one, for what it needs may be given beside it.
+    An instance in the file, or a class that needs no parameters; a class of tests stays one, for what it needs may be
+    given beside it. The file is run, as a module with its folder in the search path. Raises :class:`LawReferenceError`.
     """
     word = WORDS[kind]
     file, _, name = reference.rpartition(":") if ".py:" in reference else (reference, "", "")

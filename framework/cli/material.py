@@ -11,7 +11,7 @@ import click
 from grainlaw.cli.answers import answer, json_option
 from grainlaw.cli.default_rock import ROCK
 from grainlaw.cli.law import write_picture
-from grainlaw.cli.law_file import LawReferenceError, find_material
+from grainlaw.cli.law_file import LawReferenceError, find_with_files
 from grainlaw.cli.running import completed
 from grainlaw.material import Material
 from grainlaw.materials import ConstantExpansion, DruckerPrager, MohrCoulombPlastic, Thermal, TransverselyIsotropic
@@ -51,7 +51,7 @@ def material(*, material: str, out: Path) -> None:
     from grainlaw.workbench.material_figure import plot_material  # loads matplotlib
 
     try:
-        chosen = find_material(material) if ".py" in material else _named(material)
+        chosen = find_with_files(material, Material)[0] if ".py" in material else _named(material)
         report, figure = check_material(chosen), plot_material(chosen)
     except (LawReferenceError, TypeError, ValueError) as error:
         raise click.BadParameter(str(error)) from None

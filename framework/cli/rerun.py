@@ -11,6 +11,7 @@ import click
 import numpy as np
 
 from grainlaw.cli.answers import answer, json_option
+from grainlaw.messages import cut
 from grainlaw.runs.claim import RUN
 from grainlaw.studies.store import STUDY
 
@@ -75,7 +76,7 @@ def _differences(before: Path, now: Path) -> Iterator[str]:
     one, other = _read(before / RUN), _read(now / RUN)
     for key, value in one["made_with"].items():
         if other["made_with"].get(key) != value:
-            yield f"  made with another {key}: {_short(value)} -> {_short(other['made_with'].get(key))}"
+            yield f"  made with another {key}: {cut(str(value), 60)} -> {cut(str(other['made_with'].get(key)), 60)}"
     if one["status"] != other["status"]:
         yield f"  it ended otherwise: {one['status']} -> {other['status']}"
     if (before / STUDY).exists():
@@ -106,7 +107,7 @@ def _changed(one: Any, other: Any, place: str = "") -> Iterator[str]:
     elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
         yield from _changed(dict(enumerate(one)), dict(enumerate(other)), place)
     else:
-        yield f"{place} {_short(one)} -> {_short(other)}"
+        yield f"{place} {cut(str(one), 60)} -> {cut(str(other), 60)}"
 
 
 def _of_tables(before: Path, now: Path) -> str:
@@ -129,8 +130,3 @@ def _of_tables(before: Path, now: Path) -> str:
         f"{lengths}they part in row {first + 1} of {count} ({names[begin]}, by {ratio[begin, first]:.1e} of its "
         f"largest value); the largest difference is {ratio[worst].max():.1e} ({names[worst]})"
     )
-
-
-def _short(value: Any) -> str:
-    text = str(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -37,10 +37,10 @@ def read_tables(file: Path) -> dict[str, Any]:
         raise ParameterError(f"{file} is no TOML that can be read: {words}") from None
 
 
-def checked_sections(sections: Sections, file: Path) -> Sections:
-    """The tables of a TOML file as sections. Raises :class:`ParameterError` for what is no section."""
+def checked_sections(sections: Sections, file: Path, known: Sequence[str] = SECTIONS, of: str = "") -> Sections:
+    """The tables of a TOML file as sections. Raises :class:`ParameterError` for what is no section (``of`` what)."""
     for name, section in sections.items():
-        check_section(name, file)
+        check_section(name, file, known, of)
         if not isinstance(section, dict):
             raise refusal(f"{file}: {name}", section, f"a section [{name}]")
     for name in ("law", "rock", "test"):
@@ -101,11 +101,11 @@ def _parsed(text: str) -> Any:
         return text.strip()
 
 
-def check_section(name: str, place: object, known: Sequence[str] = SECTIONS) -> None:
+def check_section(name: str, place: object, known: Sequence[str] = SECTIONS, of: str = "") -> None:
     """Raise :class:`ParameterError` for a name that no section has."""
     if name not in known:
         has = f"sections: {', '.join(known)}"
-        raise ParameterError(f"{place}: there is no section '{name}'{nearest(name, known)} ({has})")
+        raise ParameterError(f"{place}: there is no section '{name}'{of}{nearest(name, known)} ({has})")
 
 
 def toml(sections: Mapping[str, Mapping[str, Any]], notes: Mapping[str, Mapping[str, str]] | None = None) -> str:

@@ -7,6 +7,7 @@ import os
 import re
 import shlex
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -25,7 +26,7 @@ from grainlaw.messages import short
 from grainlaw.quantity import aligned
 from grainlaw.results.files import write_atomically
 from grainlaw.runs.stopping import Stopped
-from grainlaw.studies.statistics import Mean, level, mean_in_words
+from grainlaw.studies.statistics import Mean, label, level, mean_in_words
 from grainlaw.studies.study import Study
 from grainlaw.studies.table import Table
 from grainlaw.studies.workers import ExecutorError
@@ -177,15 +178,12 @@ def ending(study: Study, folder: Path) -> Iterator[None]:
 
 def _reasons(table: Table) -> str:
     """Of each kind of failure the first reason."""
-    first: dict[str, dict[str, Any]] = {}
-    for row in table.failed:
-        first.setdefault(row["status"], row)
-    lines = []
-    for kind, row in first.items():
-        count = sum(row["status"] == kind for row in table.failed)
-        case = ", ".join(f"{name} = {level(name, row[name])}" for name in table.factors)
-        lines.append(f"\n{count} {kind}, the first {case}: {row['reason']}")
-    return "".join(lines)
+    counts = Counter(row["status"] for row in table.failed)
+    first = {row["status"]: row for row in reversed(table.failed)}
+    return "".join(
+        f"\n{count} {kind}, the first {label(table.factors, first[kind])}: {first[kind]['reason']}"
+        for kind, count in counts.items()
+    )
 
 
 @study.command()

@@ -14,12 +14,15 @@ import attrs
 
 from grainlaw.cli.components import evolved
 from grainlaw.cli.configuration import Numerics, configured
-from grainlaw.cli.law_file import LawReferenceError, find_law, find_material, find_test
+from grainlaw.cli.law_file import LawReferenceError, find_with_files
 from grainlaw.cli.sections import Sections, assign, check_section, checked_sections, put, read_tables, value_toml
 from grainlaw.cli.setups import SETUPS
 from grainlaw.compiler.cache import is_portable
+from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError
+from grainlaw.material import Material
 from grainlaw.messages import refusal, short
+from grainlaw.protocol import LoadingProtocol
 from grainlaw.runs.parallel import Run
 from grainlaw.studies.case import Recipe
 from grainlaw.studies.study import Study
@@ -28,8 +31,8 @@ from grainlaw.unit_text import in_si
 SEED = "seed"  #: the key over which means are taken
 Place = tuple[str, ...]  #: section and keys
 TYPES = ("law", "test", "rock")  #: sections that stand for their key ``type``
-#: what finds a level FILE.py:NAME
-FILES: dict[Place, Any] = {("law", "type"): find_law, ("rock", "type"): find_material, ("test", "type"): find_test}
+#: what a level FILE.py:NAME is
+FILES: dict[Place, Any] = {("law", "type"): ContactLaw, ("rock", "type"): Material, ("test", "type"): LoadingProtocol}
 ALONE = (("numerics", "threads"), ("numerics", "frames"))  #: what does not decide a result
 MOST = 1_000_000  #: levels of a range
 RANGE = re.compile(r"\s*([+-]?\d+)\s*\.\.\s*([+-]?\d+)\s*")
@@ -98,9 +101,9 @@ def _levels(place: Place, given: Any, file: Path) -> dict[Any, Any]:
     for level in listed:
         if (recorded := _recorded(level)) in levels:
             raise ParameterError(f"{where} = {short(given)} is not allowed, it has the same level twice")
-        find = FILES.get(place) if isinstance(level, str) and ".py" in level else None
+        kind = FILES.get(place) if isinstance(level, str) and ".py" in level else None
         try:
-            levels[recorded] = find(os.fspath(file.parent / str(level))) if find else level
+            levels[recorded] = find_with_files(os.fspath(file.parent / str(level)), kind)[0] if kind else level
         except LawReferenceError as error:
             raise ParameterError(f"{where} = {short(level)} is refused: {error}") from None
     return levels
@@ -206,10 +209,10 @@ def study_of(file: Path, assignments: Sequence[str] = (), quick: bool = False) -
             f'{file}: the test is missing: [test] type = "...", one of {", ".join(SETUPS)}, or FILE.py:TEST'
         )
     sections.setdefault("test", {})
-    for (section, key), find in FILES.items():
-        kind = sections.get(section, {}).get(key)
-        if isinstance(kind, str) and ".py" in kind and (section, key) not in places.values():
-            sections[section][key] = find(kind)
+    for (section, key), kind in FILES.items():
+        given = sections.get(section, {}).get(key)
+        if isinstance(given, str) and ".py" in given and (section, key) not in places.values():
+            sections[section][key] = find_with_files(given, kind)[0]
     levels: dict[str, Any] = {factor.name: factor.levels for factor in chosen}
     study = Study(FileCase(sections, places, quick), **levels)
     options = [word for assignment in assignments for word in ("--set", assignment)] + ["--quick"] * quick

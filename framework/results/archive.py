@@ -18,7 +18,7 @@ from grainlaw.material import Elastic, Material, Plane, Rigid
 from grainlaw.messages import short
 from grainlaw.quantity import Quantity
 from grainlaw.region import Region
-from grainlaw.results.files import Arrays, below, grouped, without_nan
+from grainlaw.results.files import Arrays, below, for_json, grouped, without_nan
 from grainlaw.results.frames import packed, unpacked
 from grainlaw.results.result import Cracks, Curves, Named, Result
 from grainlaw.specimen import EndPoints, GaussPoints, InsetPoints, Specimen
@@ -128,7 +128,7 @@ def to_bytes(result: Result, *, frames: bool = True) -> bytes:
         "phase_names": grains.phase_names,
         "sides": [[region.sides, region.hole_sides] for region in grains.regions],
     }
-    arrays["about"] = np.array(json.dumps(without_nan(about), allow_nan=False, default=_plain))
+    arrays["about"] = np.array(json.dumps(without_nan(about), allow_nan=False, default=for_json))
     stream = io.BytesIO()
     np.savez_compressed(stream, allow_pickle=False, **arrays)
     return stream.getvalue()
@@ -168,11 +168,6 @@ def _result(arrays: Arrays, about: Mapping[str, Any]) -> Result:
         interfaces=arrays["interfaces"],
         stages=about["stages"],
     )
-
-
-def _plain(value: Any) -> Any:
-    """What a summary of the user's own may hold beside numbers."""
-    return without_nan(value.tolist()) if isinstance(value, (np.ndarray, np.generic)) else str(value)
 
 
 def _described(component: Any) -> Any:

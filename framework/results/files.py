@@ -107,6 +107,11 @@ def writable_folder(folder: str | os.PathLike[str]) -> Path:
     return path
 
 
+def for_json(value: Any) -> Any:
+    """What JSON has no word for: arrays as lists, all else as text."""
+    return without_nan(value.tolist()) if hasattr(value, "tolist") else str(value)
+
+
 def without_nan(value: Any) -> Any:
     """The same with None for numbers that are not finite, which JSON cannot hold."""
     if isinstance(value, Mapping):

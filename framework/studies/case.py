@@ -52,8 +52,12 @@ class Recipe:
     portable: bool = False  #: whether code is compiled so that every processor gives the same bits
 
     def run(self, factors: Mapping[str, Any]) -> Run:
-        """The run of a case. Raises what the function raises."""
-        return built(self.case, {name: self.levels.get(name, {}).get(level, level) for name, level in factors.items()})
+        """The run of a case. Raises what the function raises, and ParameterError where it gives no run."""
+        run = self.case(**{name: self.levels.get(name, {}).get(level, level) for name, level in factors.items()})
+        if not isinstance(run, Run):
+            wanted = "it must return a grainlaw.Run(specimen, law, protocol)"
+            raise ParameterError(f"{getattr(self.case, '__name__', 'case')} returned {short(run)}, {wanted}")
+        return run
 
 
 @attrs.frozen(eq=False)
@@ -71,15 +75,6 @@ class Done:
 
     row: dict[str, Any]
     run: bytes | None
-
-
-def built(case: Callable[..., Run], given: Mapping[str, Any]) -> Run:
-    """What a function answers. Raises :class:`ParameterError` where that is no run."""
-    run = case(**given)
-    if not isinstance(run, Run):
-        name = getattr(case, "__name__", "case")
-        raise ParameterError(f"{name} returned {short(run)}, it must return a grainlaw.Run(specimen, law, protocol)")
-    return run
 
 
 def compiled(run: Run) -> None:

@@ -25,7 +25,7 @@ from concurrent.futures import (
     ThreadPoolExecutor,
 )
 from concurrent.futures import wait as wait_for
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from multiprocessing import connection
 from multiprocessing.context import ForkServerContext, ForkServerProcess
 from pathlib import Path
@@ -194,20 +194,14 @@ def workers(on: Any, count: int) -> Iterator[Workers]:
     Raises :class:`ParameterError` for what is none of these, and where no scheduler answers.
     """
     if on is None:
-        local = Local(count)
-        try:
+        with closing(Local(count)) as local:
             yield local
-        finally:
-            local.close()
     elif isinstance(on, str):
         with _cluster(on) as client:
             yield GivenExecutor(client.get_executor(retries=TRIES))
     elif isinstance(on, Gpu):
-        threads = OnDevice(on, count)
-        try:
+        with closing(OnDevice(on, count)) as threads:
             yield threads
-        finally:
-            threads.close()
     elif isinstance(on, Executor):
         yield GivenExecutor(on)
     elif hasattr(on, "get_executor"):  # a client of Dask
@@ -376,9 +370,7 @@ class Watcher:
         self.named = {task.case: task for task in tasks}
         #: s of the cases that are done, by their kind
         self.costs: dict[Any, list[float]] = whole.costs if whole else {}
-        self.left: dict[Any, int] = {}  #: cases that are not
-        for task in tasks:
-            self.left[kind(task.factors)] = self.left.get(kind(task.factors), 0) + 1
+        self.left = Counter(kind(task.factors) for task in tasks)  #: cases that are not
         self.count = self.failed = 0
         self.worked = 0.0  #: s, of the cases that are done
         self.began = self.seen = time.monotonic()
