@@ -56,7 +56,7 @@ def test_variants_are_what_their_names_say(example):
         assert (law.friction_angle, law.residual_friction_angle) == expected
 
 
-def test_texture_study(example, tmp_path, monkeypatch):
+def test_texture_study(example, tmp_path):
     """Cases are what their names say; a table goes between its marks."""
     study = example("texture_study")
     for law, bond in study.LAWS.items():
@@ -71,10 +71,9 @@ def test_texture_study(example, tmp_path, monkeypatch):
         assert np.std(together.specimen.grains.areas) > np.std(runs["breakable"].specimen.grains.areas)
     assert study.times(study.LAWS["cohesive-crack"], 2).mode_ii_energy == 60
     page = tmp_path / "page.md"
-    page.write_text("a\n<!-- texture study x -->\nold\n<!-- end x -->\nb\n")
-    monkeypatch.setattr(study, "PAGE", page)
-    study.write("x", "new\n")
-    assert page.read_text() == "a\n<!-- texture study x -->\nnew\n<!-- end x -->\nb\n"
+    page.write_text("a\n<!-- x -->\nold\n<!-- end of x -->\nb\n")
+    study.write("x", "new\n", page)
+    assert page.read_text() == "a\n<!-- x -->\nnew\n<!-- end of x -->\nb\n"
 
 
 @pytest.mark.thorough

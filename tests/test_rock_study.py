@@ -80,11 +80,10 @@ def test_effects_are_means_over_the_seeds_of_what_is_paired(made):
     assert "| UCS (MPa) | 100 ± 0 | 200 ± 0 |" in study.combinations_table(found)
 
 
-def test_tables_go_between_their_marks(example, tmp_path, monkeypatch):
+def test_tables_go_between_their_marks(example, tmp_path):
     study, page = example("rock_study"), tmp_path / "page.md"
     page.write_text("a\n<!-- effects -->\nold\n<!-- end of effects -->\nb\n")
-    monkeypatch.setattr(study, "PAGE", page)
-    study.write("effects", "new\n")
+    study.write("effects", "new\n", page)
     assert page.read_text() == "a\n<!-- effects -->\nnew\n<!-- end of effects -->\nb\n"
 
 

@@ -6,13 +6,11 @@ strength, crack initiation and crack damage; nothing is fitted. docs/rock.md say
 the folder granite-blind, and goes on where it was interrupted.
 """
 
-import argparse
 import math
-import warnings
 
 import numpy as np
 from red_bohus import words
-from rock_study import at_most_one, markdown, write
+from rock_study import asked, at_most_one, markdown, write
 
 import grainlaw as gl
 from grainlaw.geometry import Breakable, Minerals, Voronoi, VoronoiCells, rectangle
@@ -88,13 +86,8 @@ def table_of(tables):
 
 
 def main():
-    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    arguments.add_argument("--seeds", type=int, nargs=2, default=list(GRAINS.values()), help="of 3,135, of 784 grains")
-    arguments.add_argument("--workers", type=int, help="all cores unless given")
-    arguments.add_argument("--folder", default="granite-blind")
-    arguments.add_argument("--write", action="store_true", help="into docs/tables/rock.md")
-    given = arguments.parse_args()
-    warnings.simplefilter("ignore", gl.CostWarning)
+    seeds = {"nargs": 2, "default": list(GRAINS.values()), "help": "of 3,135, of 784 grains"}
+    given = asked(__doc__, "granite-blind", seeds=seeds)
     tables = {}
     for grains, seeds in reversed([*zip(GRAINS, given.seeds, strict=True)]):
         study = gl.Study(case, energies=list(ENERGIES), grains=[grains], seed=range(1, seeds + 1))

@@ -9,14 +9,12 @@ meet most are tested once more with these factors, on other specimens. Keeps all
 on where it was interrupted.
 """
 
-import argparse
 import itertools
-import warnings
 
 import attrs
 import numpy as np
 from red_bohus import words
-from rock_study import GRAIN, ROCK, SLENDER, at_most_one, markdown, stronger, textured, write
+from rock_study import GRAIN, ROCK, SLENDER, asked, at_most_one, markdown, stronger, textured, write
 
 import grainlaw as gl
 from grainlaw.geometry import Voronoi, disc, rectangle, semi_disc
@@ -135,13 +133,7 @@ def again(rows, seeds, folder, workers, count=2):
 
 
 def main():
-    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    arguments.add_argument("--seeds", type=int, default=3)
-    arguments.add_argument("--workers", type=int, help="all cores unless given")
-    arguments.add_argument("--folder", default="lac-du-bonnet")
-    arguments.add_argument("--write", action="store_true", help="into docs/tables/rock.md")
-    given = arguments.parse_args()
-    warnings.simplefilter("ignore", gl.CostWarning)
+    given = asked(__doc__, "lac-du-bonnet", seeds={"default": 3})
     seeds = range(1, given.seeds + 1)
     study = gl.Study(case, cells=CELLS, contrast=CONTRAST, ratio=RATIO, test=list(TESTS), seed=seeds)
     rows = combinations(study.run(f"{given.folder}/all", workers=given.workers))

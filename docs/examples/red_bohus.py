@@ -6,11 +6,8 @@ specimens that the search has not seen, and only then compared. Keeps all in the
 was interrupted.
 """
 
-import argparse
-import warnings
-
 import numpy as np
-from rock_study import markdown, mean_and_half, write
+from rock_study import asked, markdown, mean_and_half, write
 
 import grainlaw as gl
 from grainlaw.geometry import Voronoi, rectangle
@@ -77,13 +74,7 @@ def words(values):
 
 
 def main():
-    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    arguments.add_argument("--seeds", type=int, default=10, help="specimens of the prediction")
-    arguments.add_argument("--workers", type=int, help="all cores unless given")
-    arguments.add_argument("--folder", default="red-bohus")
-    arguments.add_argument("--write", action="store_true", help="into docs/tables/rock.md")
-    given = arguments.parse_args()
-    warnings.simplefilter("ignore", gl.CostWarning)
+    given = asked(__doc__, "red-bohus", seeds={"default": 10, "help": "specimens of the prediction"})
     found = calibrated(given.folder, given.workers)
     print(found)
     text = table_of(predicted(found.law, given.seeds, given.folder, given.workers))

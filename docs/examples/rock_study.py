@@ -336,25 +336,30 @@ def about(values):
 # --- from the command line --------------------------------------------------------------------------------------------
 
 
-def write(name, text):
-    """Put a table into the page, between its marks."""
-    page, (begin, end) = PAGE.read_text(encoding="utf-8"), (f"<!-- {name} -->\n", f"<!-- end of {name} -->")
-    before, after = page.split(begin)[0], page.split(end)[1]
-    PAGE.write_text(f"{before}{begin}{text}{end}{after}", encoding="utf-8")
+def write(name, text, page=PAGE):
+    """Put a table into a page, between its marks."""
+    whole, (begin, end) = page.read_text(encoding="utf-8"), (f"<!-- {name} -->\n", f"<!-- end of {name} -->")
+    before, after = whole.split(begin)[0], whole.split(end)[1]
+    page.write_text(f"{before}{begin}{text}{end}{after}", encoding="utf-8")
+
+
+def asked(doc, folder, write="tables into docs/tables/rock.md", **options):
+    """What is given of ``options`` (name and look), and of workers, folder and write, which all these studies have."""
+    words = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
+    for name, look in options.items():
+        words.add_argument(f"--{name}", **({"type": int} | look))
+    words.add_argument("--workers", type=int, help="all cores unless given")
+    words.add_argument("--folder", default=folder, help="of the store")
+    words.add_argument("--write", action="store_true", help=write)
+    warnings.simplefilter("ignore", gl.CostWarning)
+    return words.parse_args()
 
 
 def main():
-    words = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    words.add_argument("--grains", type=int, default=1000)
-    words.add_argument("--seeds", type=int, default=10)
-    words.add_argument("--residual", type=float, nargs="+", default=FACTORS["residual"], help="deg")
-    words.add_argument("--workers", type=int, help="all cores unless given")
-    words.add_argument(
-        "--folder", default="rock-study", help="of the store; that of the paces has -pace behind its name"
-    )
-    words.add_argument("--write", action="store_true", help="tables, picture and data into docs/")
-    given = words.parse_args()
-    warnings.simplefilter("ignore", gl.CostWarning)
+    given = asked(
+        __doc__, "rock-study", "tables, picture and data into docs/", grains={"default": 1000}, seeds={"default": 10},
+        residual={"type": float, "nargs": "+", "default": FACTORS["residual"], "help": "deg"},
+    )  # fmt: skip
     table = study(given.grains, given.seeds, given.residual).run(given.folder, workers=given.workers)
     pace = pace_study(given.grains, given.seeds).run(f"{given.folder}-pace", workers=given.workers)
     found = quantities(table)

@@ -6,12 +6,11 @@ cohesive cracks. The numbers are of no particular rock: mica is half as stiff, a
 Prints strength, CI and CD over it, the share of cracks that run through grains, and steps; keeps all in texture-study.
 """
 
-import argparse
-import warnings
 from pathlib import Path
 
 import attrs
 import numpy as np
+from rock_study import asked, markdown, write
 
 import grainlaw as gl
 from grainlaw.geometry import Breakable, Laguerre, Lognormal, Minerals, Voronoi, VoronoiCells, rectangle
@@ -81,34 +80,18 @@ def cell(values):
     return f"{np.nanmean(values):.3g} ({np.nanmin(values):.3g} to {np.nanmax(values):.3g})"
 
 
-def markdown(table, law):
-    lines = [COLUMNS, ["---"] * len(COLUMNS), *rows(table, law)]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
-
-
-def write(law, text):
-    """Put a table into the page, between its marks."""
-    page, (begin, end) = PAGE.read_text(encoding="utf-8"), (f"<!-- texture study {law} -->\n", f"<!-- end {law} -->")
-    before, after = page.split(begin)[0], page.split(end)[1]
-    PAGE.write_text(f"{before}{begin}{text}{end}{after}", encoding="utf-8")
-
-
 def main():
-    words = argparse.ArgumentParser(description=__doc__)
-    words.add_argument("--law", choices=[*LAWS], action="append", help="both unless given")
-    words.add_argument("--seeds", type=int, default=5)
-    words.add_argument("--grains", type=int, default=300)
-    words.add_argument("--folder", default="texture-study")
-    words.add_argument("--write", action="store_true", help="into docs/tables/textures.md")
-    given = words.parse_args()
-    warnings.simplefilter("ignore", gl.CostWarning)
-    laws = given.law or [*LAWS]
-    table = study(laws, given.seeds, given.grains).run(given.folder)
-    for law in laws:
-        text = markdown(table, law)
+    of_laws = {"type": str, "choices": [*LAWS], "nargs": "+", "default": [*LAWS], "help": "both unless given"}
+    given = asked(
+        __doc__, "texture-study", "tables into docs/tables/textures.md", law=of_laws, seeds={"default": 5},
+        grains={"default": 300},
+    )  # fmt: skip
+    table = study(given.law, given.seeds, given.grains).run(given.folder, workers=given.workers)
+    for law in given.law:
+        text = markdown(COLUMNS, rows(table, law))
         print(f"{law}\n\n{text}")
         if given.write:
-            write(law, text)
+            write(f"texture study {law}", text, PAGE)
 
 
 if __name__ == "__main__":

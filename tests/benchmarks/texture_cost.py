@@ -107,7 +107,8 @@ def main() -> None:
         print(line, flush=True)
         lines.append(line)
     if given.write:
-        texture_study.write("cost, pairs" if given.pairs else "cost", "\n".join(lines) + "\n")
+        name = "texture study cost, pairs" if given.pairs else "texture study cost"
+        texture_study.write(name, "\n".join(lines) + "\n", texture_study.PAGE)
 
 
 if __name__ == "__main__":
