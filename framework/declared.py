@@ -44,6 +44,11 @@ def text_of(kind: type, own: str | None) -> str | None:
     return "\n\n".join([*([inspect.cleandoc(own)] if own else []), _table([HEADS, *rows], columns)]) + "\n"
 
 
+def units_of(kind: type) -> dict[str, str]:
+    """The units of the parameters of a class that have one, by name."""
+    return {field.name: field.metadata["unit"] for field in attrs.fields(kind) if "unit" in field.metadata}
+
+
 def parameters_of(kind: type) -> list[tuple[str, ...]]:
     """For each parameter its name, unit or kind, what is allowed, its default and its meaning, in words."""
     meanings = _meanings(kind)

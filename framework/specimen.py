@@ -251,8 +251,8 @@ class Specimen(metaclass=Checked):
 
     @property
     def vicinity(self) -> tuple[float, float]:
-        """Two grain sizes (m; roots of the mean area), and the time (s) in which a shear wave passes them, or 0."""
-        distance = 2 * float(np.sqrt(self.grains.areas.mean()))
+        """Two grain sizes (m; roots of their mean area), and the time (s) in which a shear wave passes them, or 0."""
+        distance = 2 * self.grains.mean_size
         return distance, self.passage(distance)
 
     @functools.cached_property

@@ -186,6 +186,11 @@ class Tessellation(metaclass=Checked):
         return float(np.median(np.sqrt(self.areas)))
 
     @cached_property
+    def mean_size(self) -> float:
+        """m, the root of the mean area."""
+        return float(np.sqrt(self.areas.mean()))
+
+    @cached_property
     def centroids(self) -> np.ndarray:
         """(g, 2) m."""
         return areas_and_centroids(self.vertices[self.corners], self.first)[1]

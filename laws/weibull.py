@@ -12,6 +12,7 @@ from scipy.special import log_ndtr
 
 from grainlaw.arguments import Checked
 from grainlaw.contact import ContactLaw, keys_of_bonds
+from grainlaw.declared import units_of
 from grainlaw.fields import ParameterError, parameter, whole_number
 from grainlaw.specimen import Specimen
 
@@ -67,8 +68,7 @@ class WeibullField(metaclass=Checked):
         return {key: self._scattered(law, factors[which == k]) for k, (key, law) in enumerate(laws.items())}
 
     def _scattered(self, law: Any, factors: np.ndarray) -> Any:
-        numbers = {field.name for field in attrs.fields(type(law)) if "unit" in field.metadata}
-        missing = [name for name in self.names if name not in numbers]
+        missing = [name for name in self.names if name not in units_of(type(law))]
         if missing:
             raise ParameterError(f"WeibullField: {type(law).__name__} has no parameter {missing[0]}")
         if not len(factors):  # phases that do not meet

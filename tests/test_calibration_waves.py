@@ -228,7 +228,7 @@ def test_a_target_without_values_is_told():
 
 
 def test_a_check_predicts_what_fresh_seeds_may_give():
-    """The variance of the emulator, of the seeds of the search, of their shift, and of the six fresh ones."""
+    """The variance of the emulator, of the seeds of the search, of their shift, and of the five fresh ones that have a value."""
     match = SimpleNamespace(
         emulators={"ucs": None}, one=lambda best, name: (np.log([100e6]), np.array([0.01**2 + 0.02**2 + 0.03**2])),
         samples=SimpleNamespace(names=("ucs",), of_shift=np.array([0.02**2]), seeds=np.array([3])),
@@ -247,7 +247,7 @@ def test_a_check_predicts_what_fresh_seeds_may_give():
         "youngs_modulus", "poissons_ratio", "tensile_strength", "crack_initiation", "crack_damage",
     ]  # fmt: skip
     assert rock.calls == [([HIDDEN], range(7, 13), np.ones(1))]
-    deviation = math.sqrt(0.01**2 + 0.03**2 + 0.02**2 + 0.03**2 * 3 / 6)
+    deviation = math.sqrt(0.01**2 + 0.03**2 + 0.02**2 + 0.03**2 * 3 / 5)
     assert ucs.predicted == pytest.approx(100e6)
     assert ucs.predicted_interval == pytest.approx([100e6 * math.exp(k * 1.959964 * deviation) for k in (-1, 1)])
     half = 2.776445 * math.sqrt(2.5e12 / 5)  # Student's t of four degrees of freedom

@@ -176,7 +176,7 @@ def _warn_of_few(where: str, targets: Targets, space: Space) -> None:
 def _warn_of_sizes(where: str, ones: Mapping[str, Specimen]) -> None:
     if len(ones) < 2:
         return
-    sizes = {shape: float(np.sqrt(specimen.grains.areas.mean())) for shape, specimen in ones.items()}
+    sizes = {shape: specimen.grains.mean_size for shape, specimen in ones.items()}
     least, most = min(sizes, key=sizes.__getitem__), max(sizes, key=sizes.__getitem__)
     if sizes[most] > ALIKE * sizes[least]:
         warnings.warn(
@@ -268,8 +268,7 @@ def _space(law: Any, free: Mapping[str, Any], tied: Mapping[str, Any], shapes: M
         needed = [f.name for f in attrs.fields(law) if f.metadata.get("unit") == STIFF and f.default is attrs.NOTHING]
         specimen = shapes[PRISM](1)
         rock = specimen.material_of(int(specimen.grains.phase[0]))
-        size = float(np.sqrt(specimen.grains.areas.mean()))
-        stiff = SOFT * rock.youngs_modulus / size if isinstance(rock, Elastic) else 1e14
+        stiff = SOFT * rock.youngs_modulus / specimen.grains.mean_size if isinstance(rock, Elastic) else 1e14
         guess = {name: stiff for name in needed if name not in free}
     return space_of(law, free, tied, guess)
 

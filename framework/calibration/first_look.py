@@ -27,6 +27,7 @@ from grainlaw.calibration.space import Space
 from grainlaw.calibration.stiffness_search import Stiffness, with_grains
 from grainlaw.calibration.targets import AIMS, Target, Targets, as_emulated, in_words, strength_at
 from grainlaw.contact import ContactLaw
+from grainlaw.declared import units_of
 from grainlaw.fields import ParameterError
 from grainlaw.laws import CohesiveCrack, MohrCoulomb
 from grainlaw.material import Elastic
@@ -167,7 +168,7 @@ def why_unknown(space: Space, targets: Targets, specimens: Mapping[str, Specimen
 
 def _numbers(law: Any) -> dict[str, Any]:
     """The parameters of a law that have a unit, by name."""
-    return {field.name: getattr(law, field.name) for field in attrs.fields(type(law)) if "unit" in field.metadata}
+    return {name: getattr(law, name) for name in units_of(type(law))}
 
 
 @attrs.frozen(eq=False)
@@ -210,7 +211,7 @@ class FirstMatch:
         given |= {tie.name: tie.times * free[tie.to] for tie in self.space.ties}
         prism = next(iter(self.specimens.values()))
         rock: Any = prism.material
-        grain, modulus = float(np.sqrt(prism.grains.areas.mean())), self.grains * rock.youngs_modulus
+        grain, modulus = prism.grains.mean_size, self.grains * rock.youngs_modulus
         slope = np.tan(np.radians(given["friction_angle"]))
         least = self.emulator.ends["residual"][0]  # of those that were drawn between 0 and 1
         residual = np.tan(np.radians(given["residual_friction_angle"])) / np.maximum(slope, 1e-12)
@@ -231,9 +232,11 @@ class FirstMatch:
         specimen = self.specimens.get(shape) or next(iter(self.specimens.values()))
         low, high = specimen.grains.region.bounds
         width, height = high - low
-        grain = np.sqrt(specimen.grains.areas.mean())
         ask = self.emulator.clipped
-        found = {"width": ask("width", np.log(width / grain)), "slenderness": ask("slenderness", height / width)}
+        found = {
+            "width": ask("width", np.log(width / specimen.grains.mean_size)),
+            "slenderness": ask("slenderness", height / width),
+        }
         return {name: np.full(count, value) for name, value in found.items()}
 
     def quantities(self, points: np.ndarray) -> dict[str, np.ndarray]:
@@ -383,9 +386,10 @@ class FirstLook(metaclass=Checked):
             return {}
         means, covariance = self.match.predicted(self.posterior.best[None])
         ends = means[0] + NORMAL * np.sqrt(np.diag(covariance[0])) * np.array([[0], [-1], [1]])
-        is_log = [AIMS[name].is_log for name in self.match.targets]
-        values = np.where(is_log, np.exp(ends), ends)
-        return {name: tuple(map(float, row)) for name, row in zip(self.match.targets, values.T, strict=True)}  # type: ignore[misc]
+        return {
+            name: tuple(map(float, restored(name, row)))  # type: ignore[misc]
+            for name, row in zip(self.match.targets, ends.T, strict=True)
+        }
 
     @property
     def moduli(self) -> dict[str, float]:

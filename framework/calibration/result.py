@@ -25,6 +25,7 @@ from grainlaw.calibration.targets import AIMS, Targets, in_words
 from grainlaw.calibration.trials import Failure, shape_of, tests_of
 from grainlaw.calibration.waves import SearchResult
 from grainlaw.contact import ContactLaw
+from grainlaw.declared import units_of
 from grainlaw.fields import ParameterError
 from grainlaw.messages import enumeration, refusal, spelled
 from grainlaw.quantity import aligned
@@ -161,7 +162,7 @@ class Calibration(metaclass=Checked):
         if not self.best:
             return ""
         law: Any = self.law
-        units = {f.name: f.metadata["unit"] for f in attrs.fields(type(law)) if "unit" in f.metadata}
+        units = units_of(type(law))
         numbers = {name: getattr(law, name) for name in units if name not in self.parameters}
         shown = (f"{name} = {rounded(v, units[name])}" for name, v in numbers.items() if np.ndim(v) == 0 and v)
         return ", ".join(shown)

@@ -15,6 +15,7 @@ import scipy
 from grainlaw import short_form
 from grainlaw.arguments import Checked, is_number
 from grainlaw.contact import ContactLaw
+from grainlaw.declared import units_of
 from grainlaw.fields import Bounds, ParameterError, UnitWarning, checked_number, unusual
 from grainlaw.messages import enumeration, nearest, refusal, short
 
@@ -341,15 +342,14 @@ def space_of(law: Any, free: Mapping[str, Any], tied: Mapping[str, Any], base: M
     kind = law if isinstance(law, type) else type(law)
     if not (isinstance(kind, type) and issubclass(kind, ContactLaw) and attrs.has(kind)):
         raise refusal("calibrate: law", law, "a ContactLaw, or a class of them")
-    fields_of = {field.name: field.metadata for field in attrs.fields(kind) if "unit" in field.metadata}
-    units = {name: each["unit"] for name, each in fields_of.items()}
+    units = units_of(kind)
     if not free:
         raise ParameterError("calibrate: free is empty, it must have one parameter with its range at least")
     for name in (*free, *tied):
         if name not in units:
             has = f"{kind.__name__} has: {', '.join(units)}"
             raise ParameterError(f"calibrate: there is no parameter '{name}'{nearest(str(name), units)} ({has})")
-    ranges = [_range(name, given, fields_of[name]) for name, given in free.items()]
+    ranges = [_range(name, given, attrs.fields_dict(kind)[name].metadata) for name, given in free.items()]
     ties = [_tie(name, given, units, free) for name, given in tied.items()]
     if both := [tie.name for tie in ties if tie.name in free]:
         raise ParameterError(f"calibrate: '{both[0]}' is free and tied, it must be one of both")

@@ -26,6 +26,7 @@ from grainlaw.cli.minerals import section_of, table_of
 from grainlaw.cli.running import contents, end_stopped, refusing
 from grainlaw.cli.sections import Sections, assign, checked_sections, read_tables
 from grainlaw.contact import ContactLaw
+from grainlaw.declared import units_of
 from grainlaw.fields import ParameterError, whole_number
 from grainlaw.messages import refusal
 from grainlaw.results.files import warn, writable_folder
@@ -111,8 +112,7 @@ def calibration_of(
         shape: FileSpecimens(shape, {**sections, "sample": dict(sample)}, quick) for shape, sample in shapes.items()
     }
     chosen = specimens[PRISM].configuration(1)
-    kind: Any = type(chosen.law)
-    units = {f.name: f.metadata["unit"] for f in attrs.fields(kind) if "unit" in f.metadata}
+    units = units_of(type(chosen.law))
     refuse_unknown("free", beside["free"], units)
     refuse_unknown("tied", beside["tied"], units)
     refuse_unknown("tests", beside["tests"], USUAL)

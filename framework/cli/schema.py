@@ -146,7 +146,7 @@ class _Made:
         for kind in kinds if not options or "Threads" in str(field.type) else ():
             if issubclass(kind, enum.Enum):
                 names = [member.lower() for member in kind.__members__]
-                options.append(_either([*(name.replace("_", "-") for name in names), *names]))
+                options.append(_either(name.replace("_", "-") for name in names))
             elif kind is int:
                 whole = {"minimum": field.metadata.get("at_least"), "maximum": field.metadata.get("at_most")}
                 bounds = {key: bound for key, bound in whole.items() if bound is not None}
@@ -172,13 +172,13 @@ class _Made:
 
     def sample(self) -> Schema:
         """The section [sample]: keys of all regions, tessellators and readers of files."""
-        regions = _either([*REGIONS, *(name.replace("-", "_") for name in REGIONS)])
+        regions = _either(REGIONS)
         properties: dict[str, list[Schema]] = {"region": [regions, {"type": "object"}]}
         for shape in REGIONS.values():
             for name, unit in region_units(shape).items():
                 properties.setdefault(name, []).extend(quantity_schema(unit, None) if unit else [{}])
         names = tessellators()
-        properties["tessellator"] = [_either([*names, *(name.replace("-", "_") for name in names)])]
+        properties["tessellator"] = [_either(names)]
         for cls in names.values():
             for name, each in self.fields(cls).items():
                 properties.setdefault(name, []).append(each)
@@ -202,7 +202,9 @@ def _names(cls: type, kind: type, known: Iterable[str]) -> list[str]:
 
 
 def _either(names: Iterable[str]) -> Schema:
-    return {"enum": list(dict.fromkeys(names))}
+    """One of these names, or the same with "_" for "-"."""
+    known = [*names]
+    return {"enum": list(dict.fromkeys([*known, *(name.replace("-", "_") for name in known)]))}
 
 
 def _any_of(options: list[Schema]) -> Schema:

@@ -7,7 +7,6 @@ Some fifteen minutes of one core.
 
 import sys
 from functools import cache, partial
-from tempfile import TemporaryDirectory
 
 import attrs
 import numpy as np
@@ -108,14 +107,12 @@ def case(law, test, seed):
 
 @cache
 def table():
-    folder = TemporaryDirectory(prefix="calibrated-laws-")
     study = gl.Study(case, law=[BRITTLE, CONSISTENT], test=list(TESTS), seed=SEEDS, measures=MEASURES)
-    found = study.run(folder.name, progress=False)
-    return folder, found
+    return study.run(progress=False)
 
 
 def row(test, column, factor, form):
-    found = table()[1].where(test=test)
+    found = table().where(test=test)
     of_law = {law: found.where(law=law) for law in (BRITTLE, CONSISTENT)}
     pairs = []
     for law in of_law.values():
@@ -129,7 +126,7 @@ def row(test, column, factor, form):
 
 
 def curves(file):
-    table()[1].where(test="compression").plot_curves("law").savefig(file, dpi=100)
+    table().where(test="compression").plot_curves("law").savefig(file, dpi=100)
 
 
 TABLES = [

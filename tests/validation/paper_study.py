@@ -5,7 +5,6 @@ python tests/validation/paper_study.py [--write | --check]
 
 import sys
 from functools import cache, partial
-from tempfile import TemporaryDirectory
 
 from study_tables import DOCS, Table, main
 
@@ -26,12 +25,10 @@ QUANTITIES = (
 
 @cache
 def rows():
-    with TemporaryDirectory(prefix="paper-") as folder:
-        table = study(quick=False, full=False).run(folder, progress=False)
-        elastic = gl.elastic_properties(specimen(SEEDS[0]), LAWS["linear"])
-        return {
-            words: cells for words, *cells in macroscopic(Paper(Joint([], [], None, None, {}), table, elastic, {}, {}))
-        }
+    table = study(quick=False, full=False).run(progress=False)
+    elastic = gl.elastic_properties(specimen(SEEDS[0]), LAWS["linear"])
+    paper = Paper(Joint([], [], None, None, {}), table, elastic, {}, {})
+    return {words: cells for words, *cells in macroscopic(paper)}
 
 
 def quantity(name):

@@ -169,7 +169,7 @@ def _specimen_rows(result: Result) -> list[list[str]]:
         ["width", rounded(high[0] - low[0], "m")],
         ["height", rounded(high[1] - low[1], "m")],
         ["grains", str(grains.count)],
-        ["mean grain size", rounded(np.sqrt(grains.areas.mean()), "m")],
+        ["mean grain size", rounded(grains.mean_size, "m")],
         ["contact points", str(2 * len(mesh.interfaces))],
         ["kind of contact points", type(result.specimen.contact_points).__name__],
         ["zones", str(len(mesh.zones))],
