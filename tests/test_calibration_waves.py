@@ -228,7 +228,7 @@ def test_a_target_without_values_is_told():
 
 
 def test_a_check_predicts_what_fresh_seeds_may_give():
-    """The variance of the emulator, of the seeds of the search, of their shift, and of the five fresh ones that have a value."""
+    """The variance of the emulator, of the seeds of the search, of their shift, and of the five that have a value."""
     match = SimpleNamespace(
         emulators={"ucs": None}, one=lambda best, name: (np.log([100e6]), np.array([0.01**2 + 0.02**2 + 0.03**2])),
         samples=SimpleNamespace(names=("ucs",), of_shift=np.array([0.02**2]), seeds=np.array([3])),
