@@ -10,8 +10,7 @@ import attrs
 
 from grainlaw.checks import not_above
 from grainlaw.fields import STRENGTHS, angle_of_friction, parameter, part
-from grainlaw.material import Material, Rows
-from grainlaw.materials.isotropic import bulk_modulus, equivalent, in_plane_strain, shear_modulus, stored
+from grainlaw.materials.isotropic import Plastic, equivalent
 
 TINY = 1e-300  # Pa: keeps the share of an unsheared stress from being 0/0
 
@@ -25,7 +24,7 @@ class Cone(enum.Enum):
 
 
 @attrs.frozen(kw_only=True)
-class DruckerPrager(Material):
+class DruckerPrager(Plastic):
     """Elastic to sqrt(J2) + eta p = xi c, then perfectly plastic, with the return to the cone or its tip in one step.
 
     Drucker and Prager (1952), Q. Appl. Math. 10, 157-165; the return and the cones as in de Souza Neto, Peric and Owen
@@ -33,9 +32,6 @@ class DruckerPrager(Material):
     the dilation angle.
     """
 
-    youngs_modulus: float = parameter("Pa", usual=(1e8, 1e12))  #: E
-    poissons_ratio: float = parameter("1", above=-1.0, below=0.5)  #: nu
-    density: float = parameter("kg/m3", usual=(500, 20_000))  #: mass per volume
     cohesion: float = parameter("Pa", usual=STRENGTHS)  #: c
     friction_angle: float = angle_of_friction()  #: phi
     #: psi; friction_angle makes the flow associated
@@ -45,8 +41,6 @@ class DruckerPrager(Material):
     def __attrs_post_init__(self) -> None:
         not_above(self, "dilation_angle", "friction_angle", "plastic strain would create energy")
 
-    bulk = property(lambda self: bulk_modulus(self.youngs_modulus, self.poissons_ratio))
-    shear = property(lambda self: shear_modulus(self.youngs_modulus, self.poissons_ratio))
     strength = property(lambda self: self._of_cone(self.friction_angle)[1] * self.cohesion)
     eta = property(lambda self: self._of_cone(self.friction_angle)[0])
     eta_dilation = property(lambda self: self._of_cone(self.dilation_angle)[0])
@@ -64,10 +58,6 @@ class DruckerPrager(Material):
             return 3 * sine / root, 3 * cosine / root
         low = math.sqrt(3) * (3 - sine if self.cone is Cone.OUTER else 3 + sine)
         return 6 * sine / low, 6 * cosine / low
-
-    @property
-    def stiffness(self) -> Rows:
-        return in_plane_strain(self.bulk, self.shear)
 
     def stress(
         self, exx: Any, eyy: Any, exy: Any, ezz: Any, pxx: Any, pyy: Any, pzz: Any, pxy: Any, plastic_strain: Any
@@ -91,8 +81,3 @@ class DruckerPrager(Material):
         return (
             twice * xx + held, twice * yy + held, twice * xy, pxx + dxx, pyy + dyy, pzz + dzz, pxy + dxy, plastic_strain
         )  # fmt: skip
-
-    def energy(
-        self, exx: Any, eyy: Any, exy: Any, ezz: Any, pxx: Any, pyy: Any, pzz: Any, pxy: Any, plastic_strain: Any
-    ) -> Any:
-        return stored(self.bulk, self.shear, exx - pxx, eyy - pyy, ezz - pzz, exy - pxy)

@@ -1,34 +1,39 @@
-"""What plastic materials have in common: isotropic elasticity beside plastic strain, in three dimensions."""
+"""What plastic materials have in common."""
 
 from __future__ import annotations
 
 import math
 from typing import Any
 
-from grainlaw.material import Rows
+import attrs
+
+from grainlaw.fields import parameter
+from grainlaw.material import Material, Rows
 
 
-def bulk_modulus(youngs_modulus: Any, poissons_ratio: Any) -> Any:
-    """Pa"""
-    return youngs_modulus / (3 * (1 - 2 * poissons_ratio))
+@attrs.frozen(kw_only=True)
+class Plastic(Material):
+    """Isotropic elasticity beside plastic strain, in three dimensions."""
 
+    youngs_modulus: float = parameter("Pa", usual=(1e8, 1e12))  #: E
+    poissons_ratio: float = parameter("1", above=-1.0, below=0.5)  #: nu
+    density: float = parameter("kg/m3", usual=(500, 20_000))  #: mass per volume
 
-def shear_modulus(youngs_modulus: Any, poissons_ratio: Any) -> Any:
-    """Pa"""
-    return youngs_modulus / (2 * (1 + poissons_ratio))
+    bulk = property(lambda self: self.youngs_modulus / (3 * (1 - 2 * self.poissons_ratio)))
+    shear = property(lambda self: self.youngs_modulus / (2 * (1 + self.poissons_ratio)))
 
+    @property
+    def stiffness(self) -> Rows:
+        along, across = self.bulk + 4 * self.shear / 3, self.bulk - 2 * self.shear / 3
+        return (along, across, 0.0), (across, along, 0.0), (0.0, 0.0, self.shear)
 
-def in_plane_strain(bulk: Any, shear: Any) -> Rows:
-    """The stiffness before any plastic strain."""
-    along, across = bulk + 4 * shear / 3, bulk - 2 * shear / 3
-    return (along, across, 0.0), (across, along, 0.0), (0.0, 0.0, shear)
-
-
-def stored(bulk: Any, shear: Any, xx: Any, yy: Any, zz: Any, xy: Any) -> Any:
-    """J/m3 of an elastic strain; a third of its trace is its mean."""
-    mean = (xx + yy + zz) * (1 / 3)
-    apart = (xx - mean) ** 2 + (yy - mean) ** 2 + (zz - mean) ** 2 + 2 * xy**2
-    return 4.5 * bulk * mean**2 + shear * apart
+    def energy(
+        self, exx: Any, eyy: Any, exy: Any, ezz: Any, pxx: Any, pyy: Any, pzz: Any, pxy: Any, plastic_strain: Any
+    ) -> Any:
+        xx, yy, zz, xy = exx - pxx, eyy - pyy, ezz - pzz, exy - pxy
+        mean = (xx + yy + zz) * (1 / 3)
+        apart = (xx - mean) ** 2 + (yy - mean) ** 2 + (zz - mean) ** 2 + 2 * xy**2
+        return 4.5 * self.bulk * mean**2 + self.shear * apart
 
 
 def equivalent(xx: Any, yy: Any, zz: Any, xy: Any) -> Any:

@@ -10,14 +10,13 @@ import numpy as np
 
 from grainlaw.checks import not_above, not_beyond_apex
 from grainlaw.fields import STRENGTHS, angle_of_friction, parameter
-from grainlaw.material import Material, Rows
-from grainlaw.materials.isotropic import bulk_modulus, equivalent, in_plane_strain, shear_modulus, stored
+from grainlaw.materials.isotropic import Plastic, equivalent
 
 TINY = 1e-200  # Pa2: keeps the direction of a stress without shear from being 0/0
 
 
 @attrs.frozen(kw_only=True)
-class MohrCoulombPlastic(Material):
+class MohrCoulombPlastic(Plastic):
     """Elastic to s1 - s3 + (s1 + s3) sin(phi) = 2 c cos(phi), or to s1 = f_t, then plastic, with softening.
 
     Principal stresses s1 >= s2 >= s3, tension positive, that across the plane among them. The return to the planes and
@@ -28,9 +27,6 @@ class MohrCoulombPlastic(Material):
     a step counts. The band in which a softening material fails is one zone wide: its energy depends on the mesh.
     """
 
-    youngs_modulus: float = parameter("Pa", usual=(1e8, 1e12))  #: E
-    poissons_ratio: float = parameter("1", above=-1.0, below=0.5)  #: nu
-    density: float = parameter("kg/m3", usual=(500, 20_000))  #: mass per volume
     tensile_strength: float = parameter("Pa", at_least=0, usual=STRENGTHS)  #: f_t, the largest principal stress
     cohesion: float = parameter("Pa", at_least=0, usual=STRENGTHS)  #: c
     friction_angle: float = angle_of_friction()  #: phi
@@ -50,8 +46,6 @@ class MohrCoulombPlastic(Material):
         not_beyond_apex(self, "tensile_strength", "cohesion", "friction_angle")
         not_beyond_apex(self, "residual_tensile_strength", "residual_cohesion", "residual_friction_angle")
 
-    bulk = property(lambda self: bulk_modulus(self.youngs_modulus, self.poissons_ratio))
-    shear = property(lambda self: shear_modulus(self.youngs_modulus, self.poissons_ratio))
     sine = property(lambda self: math.sin(math.radians(self.friction_angle)))
     residual_sine = property(lambda self: math.sin(math.radians(self.residual_friction_angle)))
     dilation_sine = property(lambda self: math.sin(math.radians(self.dilation_angle)))
@@ -63,10 +57,6 @@ class MohrCoulombPlastic(Material):
     @property
     def residual_held(self) -> float:
         return 2 * self.residual_cohesion * math.cos(math.radians(self.residual_friction_angle))
-
-    @property
-    def stiffness(self) -> Rows:
-        return in_plane_strain(self.bulk, self.shear)
 
     def stress(
         self, exx: Any, eyy: Any, exy: Any, ezz: Any, pxx: Any, pyy: Any, pzz: Any, pxy: Any, plastic_strain: Any
@@ -126,8 +116,3 @@ class MohrCoulombPlastic(Material):
         flow = max(more * large - less * small - strength, 0.0) / (more * g_large - less * g_small)
         large, small = large - flow * g_large, small - flow * g_small
         return large, large if upper else small if lower else s2 - flow * g2, small
-
-    def energy(
-        self, exx: Any, eyy: Any, exy: Any, ezz: Any, pxx: Any, pyy: Any, pzz: Any, pxy: Any, plastic_strain: Any
-    ) -> Any:
-        return stored(self.bulk, self.shear, exx - pxx, eyy - pyy, ezz - pzz, exy - pxy)
