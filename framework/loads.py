@@ -112,10 +112,7 @@ class Levelled(Load):
         return float(level(time) if callable(level) else rise(np.array(time), self.ramp, self.start, level))
 
     def at_start(self) -> Load | None:
-        found: Load = attrs.evolve(  # type: ignore[misc]
-            self, **{_field(type(self)).name: self.at(0.0)}, start=0.0, ramp=0.0
-        )
-        return found
+        return attrs.evolve(self, **{_field(type(self)).name: self.at(0.0)}, start=0.0, ramp=0.0)  # type: ignore[misc]
 
     @property
     def lasts(self) -> float:

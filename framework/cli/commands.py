@@ -44,8 +44,7 @@ class _Commands(click.Group):
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
         if name not in COMMANDS:
             return None
-        found: click.Command = getattr(import_module(f"grainlaw.cli.{name}"), name)
-        return found
+        return getattr(import_module(f"grainlaw.cli.{name}"), name)
 
     def resolve_command(self, context: click.Context, words: list[str]) -> Any:
         if words and words[0] not in COMMANDS and not words[0].startswith("-"):

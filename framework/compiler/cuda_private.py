@@ -382,8 +382,7 @@ class Driver:
     @staticmethod
     def pinned(size: int) -> np.ndarray:
         """So many bytes of this computer's memory, from which the device copies fast."""
-        made: np.ndarray = cuda.pinned_array(size, np.uint8)
-        return made
+        return cuda.pinned_array(size, np.uint8)
 
     @staticmethod
     def copied(array: np.ndarray) -> Any:

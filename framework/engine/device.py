@@ -370,8 +370,7 @@ class Gpu(metaclass=Checked):
         self._driver.launch(self._kernel, self._team, where, done, together=len(rows) > len(requests))
         for each in requests:
             each.state.on_device.down()
-        counts: list[int] = done.copy_to_host()[first].tolist()
-        return counts
+        return done.copy_to_host()[first].tolist()
 
     def _table(self, state: State, runs: int) -> device_table.DeviceTable:
         """The arrays of one of so many runs on this device, whose blocks are all at work at once or one for each."""

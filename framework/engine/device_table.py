@@ -207,8 +207,7 @@ class _Buffer:
 def _places(arrays: Sequence[np.ndarray]) -> list[int]:
     """First bytes of arrays side by side, and the first byte after them."""
     sizes = [-(-each.nbytes // ALIGNED) * ALIGNED for each in arrays]
-    places: list[int] = np.cumsum([0, *sizes]).tolist()
-    return places
+    return np.cumsum([0, *sizes]).tolist()
 
 
 def _is_new(array: np.ndarray, known: set[tuple[int, int]]) -> bool:

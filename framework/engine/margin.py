@@ -111,8 +111,7 @@ class Margin:
 
     def first_guess(self) -> np.ndarray:
         """(q,) a smooth motion in which all parts of the specimen take part."""
-        found: np.ndarray = self._factors.solve(self._mass * np.random.default_rng(0).normal(size=self.unknowns))
-        return found
+        return self._factors.solve(self._mass * np.random.default_rng(0).normal(size=self.unknowns))
 
     def find(self, guess: np.ndarray) -> LowestMode | None:
         """The margin of the present state, sought from a motion (q,) like that of the last; None if it is not found.
@@ -129,8 +128,7 @@ class Margin:
         with _Trials(state, self._coasting) as trials:
 
             def force(moved: np.ndarray) -> np.ndarray:
-                found: np.ndarray = self._gather @ state.grains.flat(trials.forces(moved, scale))
-                return found
+                return self._gather @ state.grains.flat(trials.forces(moved, scale))
 
             before = force(ahead)
 

@@ -390,8 +390,7 @@ class State(metaclass=Checked):
 
     def last(self, rows: np.ndarray) -> np.ndarray:
         """(p,) of the last step, of rows (2, p) of bonds for this and the previous step in turn."""
-        row: np.ndarray = rows[(self.steps + 1) % 2]
-        return row
+        return rows[(self.steps + 1) % 2]
 
     def _at_points(self, rows: np.ndarray, motion: int | None = None) -> np.ndarray:
         """(p,) from the last step; at replaced bonds ``motion`` of their points, or 0."""

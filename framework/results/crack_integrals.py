@@ -278,8 +278,7 @@ class _Disc:
         count = 1 + int(self._corners.max())
         sides = np.sort(self._corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1) @ [count, 1]
         order = np.argsort(sides)
-        found: np.ndarray = order[np.searchsorted(sides[order], np.sort(edges, axis=1) @ [count, 1])] // 3
-        return found
+        return order[np.searchsorted(sides[order], np.sort(edges, axis=1) @ [count, 1])] // 3
 
     def j(self) -> float:
         """J/m2: zones, bonds and faces of the crack."""
@@ -346,11 +345,9 @@ def _rotation(deformation: np.ndarray) -> np.ndarray:
     """(..., 2, 2) of deformation gradients, Eq. (2)."""
     c = deformation[..., 0, 0] + deformation[..., 1, 1]
     s = deformation[..., 1, 0] - deformation[..., 0, 1]
-    found: np.ndarray = (np.stack([c, -s, s, c], axis=-1) / np.hypot(c, s)[..., None]).reshape(*np.shape(c), 2, 2)
-    return found
+    return (np.stack([c, -s, s, c], axis=-1) / np.hypot(c, s)[..., None]).reshape(*np.shape(c), 2, 2)
 
 
 def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """(p,) of (p, 2)."""
-    found: np.ndarray = (a * b).sum(axis=1)
-    return found
+    return (a * b).sum(axis=1)

@@ -109,8 +109,7 @@ class MeasuredCurve(metaclass=Checked):
 
     def shown(self, name: str) -> np.ndarray:
         """A column of the curves in the unit in which it is shown."""
-        column: np.ndarray = self.curves[name] * self.quantity(name).factor
-        return column
+        return self.curves[name] * self.quantity(name).factor
 
     @property
     def _facts(self) -> dict[str, str]:
@@ -397,5 +396,4 @@ class _Reading:
         # Both strains of a file have one sign: where the axial one is positive, so is what goes with the loading.
         volume = others[VOLUMETRIC_STRAIN] * (-way * written)
         self.notes.append("lateral_strain: from the volumetric and the axial strain")
-        found: np.ndarray = (volume + way * axial) / laterals
-        return found
+        return (volume + way * axial) / laterals

@@ -217,8 +217,7 @@ class Result(metaclass=Checked):
             raise refusal(
                 "moved: place", place, f"in the specimen, of x {low[0]:g} to {high[0]:g}, y {low[1]:g} to {high[1]:g} m"
             )
-        moved: np.ndarray = moment.displacement[node] - (begin.displacement[node] if begin else 0.0)
-        return moved
+        return moment.displacement[node] - (begin.displacement[node] if begin else 0.0)
 
     def cracks_since(self, stage: str) -> Cracks:
         """Contact points that have broken since a stage began. Raises ParameterError for a stage that is not there."""
@@ -261,8 +260,7 @@ class Result(metaclass=Checked):
 
     def shown(self, name: str) -> np.ndarray:
         """A column of the curves in the unit in which it is shown."""
-        column: np.ndarray = self.curves[name] * self.quantity(name).factor
-        return column
+        return self.curves[name] * self.quantity(name).factor
 
     @cached_property
     def quantities(self) -> dict[str, Quantity]:

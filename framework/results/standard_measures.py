@@ -179,8 +179,7 @@ def energy_lost() -> list[Standard]:
 
     def both(laboratory: Laboratory) -> np.ndarray:
         opening, slip = laboratory.energy_lost
-        found: np.ndarray = opening + slip
-        return found
+        return opening + slip
 
     return [
         lost("lost_opening", "contacts in opening", lambda lab: lab.energy_lost[0]),

@@ -80,8 +80,7 @@ def unit_of(text: str) -> str:
 
 def in_si(values: np.ndarray, unit: str) -> np.ndarray:
     """Values in a unit, in SI."""
-    found: np.ndarray = values / factor_into(unit)
-    return found
+    return values / factor_into(unit)
 
 
 def read_table(where: str, file: str | os.PathLike[str]) -> TextTable:

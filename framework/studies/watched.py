@@ -68,8 +68,7 @@ class Watched:
     @property
     def content(self) -> dict[str, Any]:
         """All of it as JSON holds it."""
-        found: dict[str, Any] = without_nan(attrs.asdict(self))
-        return found
+        return without_nan(attrs.asdict(self))
 
 
 def watched(folder: str | os.PathLike[str]) -> Watched:

@@ -151,10 +151,7 @@ def _within(where: str, made: LabelMap, region: Region, corner: Any) -> LabelMap
 
 def _nearest(image: np.ndarray, hidden: int) -> np.ndarray:
     """With each pixel of a label as the nearest of the others."""
-    found: np.ndarray = image[
-        tuple(distance_transform_edt(image == hidden, return_distances=False, return_indices=True))
-    ]
-    return found
+    return image[tuple(distance_transform_edt(image == hidden, return_distances=False, return_indices=True))]
 
 
 def _whole(where: str, image: Any) -> np.ndarray:

@@ -100,8 +100,7 @@ class Neighbours:
         """
         x, y = displacement.take(nodes, axis=1) - self.searched.take(nodes, axis=1)
         left = np.maximum(REACH * self._skin - np.hypot(x, y), 0.0)
-        found: np.ndarray = SPENT * np.minimum(self.way[self._grain_of_node[nodes]], left)
-        return found
+        return SPENT * np.minimum(self.way[self._grain_of_node[nodes]], left)
 
     def any_within(self, displacement: np.ndarray, exposed: np.ndarray) -> bool:
         """Whether any are nearer than half the skin, or than the skin if behind each other; whenever searched."""
@@ -114,10 +113,9 @@ class Neighbours:
 
     def _placed(self, displacement: np.ndarray, chosen: np.ndarray) -> bool:
         """Note where the ends of the chosen edges are; False where one is torn."""
-        whole: bool = compiled(contact_search.place_ends)(
+        return compiled(contact_search.place_ends)(
             self._edges, chosen, self._origin, displacement, self._longest, self._ends
         )
-        return whole
 
     def _ways(self, displacement: np.ndarray, before: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         searched = self.searched if self.searched.size else displacement
@@ -148,15 +146,11 @@ class Neighbours:
         Nodes have moved by at most half the reach since the last one, and will by at most the reach: from here by one
         and a half.
         """
-        near: np.ndarray = compiled(contact_search.near_those)(
+        return compiled(contact_search.near_those)(
             *self._ends, self._grain, 1.5 * self._turn, chosen, fresh, 3 * REACH * self._skin, self._skin
         )
-        return near
 
     def _still_near(self, pairs: np.ndarray, way: np.ndarray, deep: float) -> np.ndarray:
         """(n,) which of these pairs (n, 2) may meet while nodes of each grain move by its ``way`` (g,) m."""
         turn = 2 * way / self._width
-        near: np.ndarray = compiled(contact_search.still_near)(
-            pairs, *self._ends, self._grain, turn, way, self._skin, deep
-        )
-        return near
+        return compiled(contact_search.still_near)(pairs, *self._ends, self._grain, turn, way, self._skin, deep)

@@ -53,8 +53,7 @@ class Boundaries(Part):
         return result
 
     def _mean(self, boundary: str, displacement: np.ndarray) -> np.ndarray:
-        found: np.ndarray = displacement.T[self._mesh.boundaries[boundary]].mean(axis=0)
-        return found
+        return displacement.T[self._mesh.boundaries[boundary]].mean(axis=0)
 
     def moved(self, boundary: str, at_forces: np.ndarray) -> np.ndarray:
         """(2,) m: mean displacement of a boundary, averaged over the forces since the last sample.

@@ -206,8 +206,7 @@ class HeatFlow(Part):
         """(i,) W that flow from each node to others."""
         pairs, count = self._between, len(temperature)
         through = pairs.data * (temperature[pairs.col] - temperature[pairs.row])
-        found: np.ndarray = np.bincount(pairs.row, through, count) - np.bincount(pairs.col, through, count)
-        return found
+        return np.bincount(pairs.row, through, count) - np.bincount(pairs.col, through, count)
 
     def _coming(self, begin: float, end: float, temperature: np.ndarray) -> np.ndarray:
         """(i,) W that flow in at nodes of a temperature (i,) °C, mean from ``begin`` to ``end``, s of heat."""
@@ -247,8 +246,7 @@ class HeatFlow(Part):
         """What both ends of the step of heat have, at the present moment."""
         done, of = self.books.steps.tolist()
         share = done / of if of else 1.0
-        found: np.ndarray = ends[0] + (ends[1] - ends[0]) * share
-        return found
+        return ends[0] + (ends[1] - ends[0]) * share
 
     @property
     def temperature(self) -> np.ndarray:

@@ -49,8 +49,7 @@ def membrane(place: np.ndarray, grain: np.ndarray, platens: np.ndarray, gap: flo
         front = np.unique(beyond[~outside[beyond]])
     bounds = ~outside[:-1, None] & outside[neighbours] & ~sealed
     found = ends[bounds]
-    ordered: np.ndarray = found[np.lexsort((found[:, 1], found[:, 0]))]
-    return ordered
+    return found[np.lexsort((found[:, 1], found[:, 0]))]
 
 
 class PressureArrays(NamedTuple):
@@ -152,8 +151,7 @@ class Pressures(PointForces):
         return {self.kind: float(self.books.done[0]) + float(self.arrays.work.sum())}
 
     def points(self, displacement: np.ndarray) -> np.ndarray:
-        middle: np.ndarray = displacement[:, self.arrays.node].mean(axis=1)
-        return middle
+        return displacement[:, self.arrays.node].mean(axis=1)
 
     def follow_rim(self, displacement: np.ndarray, before: np.ndarray) -> None:
         """Lay membranes anew where the rim has parted; ``before`` (2, i) m is the displacement at the last forces."""
@@ -183,8 +181,7 @@ class Pressures(PointForces):
         platens = [np.isin(used, mesh.boundaries[name]) for name in sorted(self._driven)]
         sealed = np.stack([np.zeros(len(used), dtype=bool), *platens], axis=1)
         place = (mesh.nodes + displacement.T)[used]
-        found: np.ndarray = used[membrane(place, mesh.node_grain[used], sealed, self._gap)]
-        return found
+        return used[membrane(place, mesh.node_grain[used], sealed, self._gap)]
 
     def _nearest(self, node: np.ndarray) -> np.ndarray:
         """(e,) number of the pressure on the boundary that was nearest in the undeformed specimen; -1 if it has none.
@@ -196,5 +193,4 @@ class Pressures(PointForces):
         middles = [mesh.nodes[mesh.boundary_edges[name]].mean(axis=1) for name in names]
         of = np.repeat(number, [len(middle) for middle in middles])
         _, nearest = scipy.spatial.cKDTree(np.concatenate(middles)).query(mesh.nodes[node].mean(axis=1))
-        chosen: np.ndarray = of[nearest]
-        return chosen
+        return of[nearest]

@@ -107,8 +107,7 @@ def _quantity(field: str) -> Quantity:
 
 def _part(field: str, vector: np.ndarray) -> np.ndarray:
     """(i,) the size of vectors (i, 2), or one component."""
-    found: np.ndarray = np.hypot(*vector.T) if field in OF_NODES else vector[:, "xy".index(field[-1])]
-    return found
+    return np.hypot(*vector.T) if field in OF_NODES else vector[:, "xy".index(field[-1])]
 
 
 def _of_grains(result: Result, field: str, displacement: np.ndarray, stress: np.ndarray) -> np.ndarray:
