@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import attrs
 import numpy as np
 
@@ -9,7 +11,6 @@ from grainlaw.compiler.loops import interruptible
 from grainlaw.compiler.numba_private import Table
 from grainlaw.engine.contacts.contact_passes import Beginning, take_over
 from grainlaw.engine.contacts.contact_rows import BLOCK
-from grainlaw.engine.contacts.contacts import Contacts
 from grainlaw.engine.parts.laws import LawGroup
 from grainlaw.engine.state import State
 
@@ -40,11 +41,17 @@ def hand_over(state: State, threads: int) -> None:
     place = np.minimum(np.searchsorted(known, keys), max(len(known) - 1, 0))
     found = known[place] == keys if len(known) else np.zeros(len(chosen), dtype=bool)
     table = state.table("contacts", threads)
+    then = contacts.arrays.place - contacts.arrays.increment  # the forces are those before the last motion
+    force = leaving.force[:, [0, 1, 3, 2]]  # a contact has the nodes of b in reverse order
     for g, group in enumerate(contacts.groups):
         mine = np.flatnonzero(found & (contacts.groups_of(keys) == g))
-        if len(mine):
-            memory = _memory(bonds.groups, group, leaving, mine)
-            _begin(contacts, table, g, place[mine].astype(np.int32), leaving, mine, memory)
+        memory = _memory(bonds.groups, group, leaving, mine)
+        for first in range(0, len(mine), BLOCK):
+            some = mine[first : first + BLOCK]
+            given = force[:, :, some].copy(), leaving.slip[some], memory[:, first : first + BLOCK].copy()
+            beginning = Table(Beginning(g, then, place[some].astype(np.int32), *given))
+            do = functools.partial(take_over, table, beginning)
+            interruptible(do) if group.compiled.loops else do()
 
 
 def _memory(laws: list[LawGroup], group: LawGroup, leaving: Leaving, mine: np.ndarray) -> np.ndarray:
@@ -53,28 +60,6 @@ def _memory(laws: list[LawGroup], group: LawGroup, leaving: Leaving, mine: np.nd
     memory = np.repeat(group.virgin[:, None], len(mine), axis=1)
     memory[:, same] = leaving.memory[: group.depth, mine[same]]
     return memory
-
-
-def _begin(
-    contacts: Contacts,
-    table: Table,
-    g: int,
-    place: np.ndarray,
-    leaving: Leaving,
-    mine: np.ndarray,
-    memory: np.ndarray,
-) -> None:
-    """Let contacts of law ``g``, at a ``place`` (n,) in the table, take over the chosen bonds."""
-    then = contacts.arrays.place - contacts.arrays.increment  # the forces are those before the last motion
-    force = leaving.force[:, :, mine][:, [0, 1, 3, 2]]  # a contact has the nodes of b in reverse order
-    for first in range(0, len(mine), BLOCK):
-        some = slice(first, first + BLOCK)
-        given = force[:, :, some].copy(), leaving.slip[mine[some]], memory[:, some].copy()
-        beginning = Table(Beginning(g, then, place[some], *given))
-        if contacts.groups[g].compiled.loops:
-            interruptible(lambda beginning=beginning: take_over(table, beginning))  # type: ignore[misc]
-        else:
-            take_over(table, beginning)
 
 
 def _leaving(state: State) -> Leaving:
