@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +11,7 @@ from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.freedoms import Freedoms
 from grainlaw.engine.parts.grains import Grains
 from grainlaw.engine.parts.imposed import STILL, Imposed
-from grainlaw.engine.parts.part import Changing, Constant, Moment, Part, Split
+from grainlaw.engine.parts.part import START, Changing, Constant, Moment, Part, Split
 from grainlaw.loads import Driven, Fixed
 
 
@@ -50,7 +49,7 @@ class Drives(Part):
 
     def __init__(self, grains: Grains, freedoms: Freedoms) -> None:
         self._grains, self._freedoms = grains, freedoms
-        self._drive({})
+        self.begin(Imposed(grains.specimen.mesh), START)
 
     def begin(self, imposed: Imposed, at: Moment) -> None:
         mesh, grains = self._grains.specimen.mesh, self._grains
@@ -69,17 +68,13 @@ class Drives(Part):
         fixed = [grain for each in imposed.of(Fixed) for grain in each.grains]
         places = grains.of_grains(np.asarray(fixed, dtype=int)).tolist()
         held.update({(row, place): STILL for place in places for row in range(len(self._freedoms.arrays.mass))})
-        self._drive(held)
-
-    def _drive(self, held: Mapping[tuple[int, int], int]) -> None:
-        """Let freedoms, by row and place, follow columns of the schedule."""
         rows, free = sorted(held, key=lambda place: (place[1], place[0])), self._freedoms.arrays.free
-        row, at = np.array(rows, dtype=np.int64).reshape(-1, 2).T.copy()
+        row, place = np.array(rows, dtype=np.int64).reshape(-1, 2).T.copy()
         columns = np.array([held[key] for key in rows], dtype=np.int64)
         none = np.zeros(len(rows))
-        self.arrays = DriveArrays(row, at, columns, none, none.copy(), none.copy(), np.zeros(2, dtype=np.int64))
+        self.arrays = DriveArrays(row, place, columns, none, none.copy(), none.copy(), np.zeros(2, dtype=np.int64))
         free[:], self._freedoms.arrays.imposed[:] = 1.0, 0.0
-        free[row, at] = 0.0
+        free[row, place] = 0.0
 
     def share(self, split: Split) -> np.ndarray:
         return np.searchsorted(self.arrays.place, self._freedoms.share(split))

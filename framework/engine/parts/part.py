@@ -35,6 +35,9 @@ class Moment(NamedTuple):
     at_forces: np.ndarray  #: (2, i) m, displacement at the last forces; the present one where nothing moves
 
 
+START = Moment(0.0, np.zeros((2, 0)))  #: of a part that no stage has begun
+
+
 class NoRows(NamedTuple):
     """For a part that the step does not see, or that needs nothing beside the arrays of the step."""
 

@@ -12,7 +12,7 @@ from grainlaw.compiler.numba_private import call
 from grainlaw.engine.parts.drives import Drives
 from grainlaw.engine.parts.freedoms import Freedoms
 from grainlaw.engine.parts.imposed import Imposed
-from grainlaw.engine.parts.part import Changing, Constant, Moment, Part, Split
+from grainlaw.engine.parts.part import START, Changing, Constant, Moment, Part, Split
 from grainlaw.loads import Forced
 from grainlaw.mesh import Mesh
 from grainlaw.messages import refusal
@@ -71,17 +71,12 @@ class Platens(Part):
 
     def __init__(self, mesh: Mesh, drives: Drives, freedoms: Freedoms) -> None:
         self._mesh, self._drives, self._freedoms = mesh, drives, freedoms
-        self._imposed = Imposed(mesh)
-        self.take_up()
+        self.begin(Imposed(mesh), START)
 
     def begin(self, imposed: Imposed, at: Moment) -> None:
-        self._imposed = imposed
-        self.take_up()
-
-    def take_up(self) -> None:
         """Give each platen the mass and the momentum of the freedoms on its boundary."""
         f, lengths = self._freedoms.arrays, self._mesh.boundary_lengths
-        holds = [(self._imposed.column(hold), hold) for hold in self._imposed.of(Forced)]
+        holds = [(imposed.column(hold), hold) for hold in imposed.of(Forced)]
         rows = {name: np.zeros((1, len(holds))) for name in MOTION}
         for k, (column, hold) in enumerate(holds):
             place = self._freedoms_of(column)

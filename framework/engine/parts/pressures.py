@@ -10,7 +10,7 @@ from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.imposed import Imposed
-from grainlaw.engine.parts.part import Changing, Constant, Moment, PointForces, Split, half_step_work
+from grainlaw.engine.parts.part import START, Changing, Constant, Moment, PointForces, Split, half_step_work
 from grainlaw.loads import Driven, Pressure
 from grainlaw.specimen import Specimen
 
@@ -113,12 +113,9 @@ class Pressures(PointForces):
         mesh = self._mesh = specimen.mesh
         self._room, self._gap = (share * specimen.grains.grain_size for share in (PARTED, WIDE))
         self._near = SAME * specimen.grains.grain_size
-        self._begin(Imposed(mesh), np.zeros((2, len(mesh.nodes))))
+        self.begin(Imposed(mesh), START)
 
     def begin(self, imposed: Imposed, at: Moment) -> None:
-        self._begin(imposed, at.at_forces)
-
-    def _begin(self, imposed: Imposed, before: np.ndarray) -> None:
         mesh, pressures = self._mesh, imposed.of(Pressure)
         self._pressed = [pressure.boundary for pressure in pressures]
         self._columns = np.array([imposed.column(pressure) for pressure in pressures], dtype=np.int64)
@@ -131,7 +128,7 @@ class Pressures(PointForces):
         near = scipy.spatial.cKDTree(mesh.nodes[rim]).query_pairs(self._near, output_type="ndarray")
         self._joined = rim[near]  #: (n, 2) nodes of neighbours on the undeformed rim
         self.books = PressureBooks(np.zeros((2, 0)), np.zeros(1))
-        self._lay(node[order], pressed[order], before)
+        self._lay(node[order], pressed[order], at.at_forces)
 
     def _lay(self, node: np.ndarray, pressed: np.ndarray, displacement: np.ndarray) -> None:
         """Let membranes be ``node`` (e, 2), each under one of the pressures ``pressed`` (e,)."""

@@ -11,7 +11,7 @@ from grainlaw.columns import ABSORBED
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.freedoms import Freedoms
 from grainlaw.engine.parts.imposed import Imposed
-from grainlaw.engine.parts.part import Changing, Constant, Moment, PointForces, Split
+from grainlaw.engine.parts.part import START, Changing, Constant, Moment, PointForces, Split
 from grainlaw.loads import Quiet
 from grainlaw.specimen import Specimen
 
@@ -62,7 +62,7 @@ class QuietBoundaries(PointForces):
 
     def __init__(self, specimen: Specimen, freedoms: Freedoms) -> None:
         self._specimen, self._freedoms = specimen, freedoms
-        self._lay(np.zeros(0, dtype=np.int64), np.zeros((3, 0)), np.zeros((2, 0)))
+        self.begin(Imposed(specimen.mesh), START)
 
     def begin(self, imposed: Imposed, at: Moment) -> None:
         mesh = self._specimen.mesh
@@ -72,16 +72,12 @@ class QuietBoundaries(PointForces):
             length, dashpots = _dashpots(self._specimen, edges, each)
             np.add.at(total, mesh.point[edges].ravel(), np.repeat(dashpots * length[:, None] / 2, 2, axis=0))
         node = np.flatnonzero(total.any(axis=1))
-        self._lay(node, total[node].T, at.at_forces)
-
-    def _lay(self, node: np.ndarray, dashpots: np.ndarray, before: np.ndarray) -> None:
-        """Let dashpots (3, n) N s/m be on points (n,) of nodes, where they are free."""
-        first = self._specimen.mesh.first_of_point[node]
+        first = mesh.first_of_point[node]
         free_x, free_y = self._freedoms.arrays.free[:2, node] if len(node) else np.zeros((2, 0))
-        (xx, yy, xy), count = dashpots, len(node)
+        (xx, yy, xy), count = total[node].T, len(node)
         self.arrays = QuietArrays(
             node, xx * free_x, yy * free_y, xy * free_x * free_y, np.zeros(count), np.zeros(count),
-            before[0, first], before[1, first], np.zeros(count), np.zeros(2, dtype=np.int64),
+            at.at_forces[0, first], at.at_forces[1, first], np.zeros(count), np.zeros(2, dtype=np.int64),
         )  # fmt: skip
 
     def share(self, split: Split) -> np.ndarray:

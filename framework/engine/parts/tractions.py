@@ -9,7 +9,7 @@ from numba import njit
 
 from grainlaw.compiler.cache import OPTIONS
 from grainlaw.engine.parts.imposed import Imposed
-from grainlaw.engine.parts.part import Changing, Constant, Moment, PointForces, Split
+from grainlaw.engine.parts.part import START, Changing, Constant, Moment, PointForces, Split
 from grainlaw.loads import Traction
 from grainlaw.mesh import Mesh
 
@@ -50,7 +50,7 @@ class Tractions(PointForces):
 
     def __init__(self, mesh: Mesh) -> None:
         self._mesh = mesh
-        self._lay(np.zeros((0, 4)), np.zeros((2, 0)))
+        self.begin(Imposed(mesh), START)
 
     def begin(self, imposed: Imposed, at: Moment) -> None:
         mesh = self._mesh
@@ -65,14 +65,11 @@ class Tractions(PointForces):
             force = np.stack([np.bincount(place.ravel(), np.repeat(row, 2), len(node)) for row in half.T], axis=1)
             rows.append(np.column_stack([np.full(len(node), imposed.column(traction)), node, force]))
         table = np.concatenate(rows)
-        self._lay(table[np.argsort(table[:, 1], kind="stable")], at.at_forces)
-
-    def _lay(self, table: np.ndarray, before: np.ndarray) -> None:
-        """Let column, node and full force be those of the rows (n, 4) of a table."""
+        table = table[np.argsort(table[:, 1], kind="stable")]
         node, count = table[:, 1].astype(np.int64), len(table)
         self.arrays = TractionArrays(
             table[:, 0].astype(np.int64), node, table[:, 2].copy(), table[:, 3].copy(), np.zeros(count),
-            np.zeros(count), before[0, node], before[1, node], np.zeros(count), np.zeros(2, dtype=np.int64),
+            np.zeros(count), at.at_forces[0, node], at.at_forces[1, node], np.zeros(count), np.zeros(2, dtype=np.int64),
         )  # fmt: skip
 
     def share(self, split: Split) -> np.ndarray:
