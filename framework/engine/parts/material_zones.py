@@ -73,19 +73,16 @@ class MaterialZones(Part):
         gradients = shape_functions(mesh.nodes, mesh.zones)[[0, 1, 3, 4, 6]][:, self.chosen]
         self._count = len(mesh.zones)
         kept = count if any(group.keeps for group in self.groups) else 0
-        whole = np.array(
-            [
-                (g.stress.address, g.energy.address, g.keeps, g.knows_temperature, len(g.memory) if g.conducts else -1)
-                for g in self.groups
-            ]
-        )
-        whole = whole.astype(np.int64).reshape(-1, 5)
+        address = np.array([(g.stress.address, g.energy.address) for g in self.groups], dtype=np.int64).reshape(-1, 2)
+        told = [(len(g.memory) if g.conducts else -1, g.keeps, g.knows_temperature) for g in self.groups]
+        row, keeps, knows = np.array(told, dtype=np.int64).reshape(-1, 3).T.copy()
         warm = count if any(group.conducts for group in self.groups) else 0
         corner = np.ascontiguousarray(mesh.zones[self.chosen].T, dtype=np.int32)
         rows = [np.ascontiguousarray(row) for row in gradients]
-        rows += [whole[:, :2].copy(), numbers, values, places, whole[:, 4].copy()]
-        rows += [np.full(2, ROOM), np.zeros(warm), np.ones(warm), whole[:, 2].copy(), whole[:, 3].copy()]
-        rows += [_in_one([(g, one(g).rows) for g in self.groups], count) for one in (_stress, _energy)]
+        rows += [address, numbers, values, places, row]
+        rows += [np.full(2, ROOM), np.zeros(warm), np.ones(warm), keeps, knows]
+        rows.append(_in_one([(group, group.stress.rows) for group in self.groups], count))
+        rows.append(_in_one([(group, group.energy.rows) for group in self.groups], count))
         rows.append(np.zeros((max((group.rows for group in self.groups), default=0), count)))
         rows += [np.zeros((3, kept)), np.zeros((3, kept)), np.zeros(kept), np.zeros(kept)]
         rows += [
@@ -186,14 +183,6 @@ class MaterialZones(Part):
         (p, q, t), cs, sn = stress, a.scratch[FRAME], a.scratch[FRAME + 1]
         fixed = cs**2 * p + sn**2 * q - 2 * cs * sn * t, sn**2 * p + cs**2 * q + 2 * cs * sn * t
         return np.stack([*fixed, cs * sn * (p - q) + (cs**2 - sn**2) * t], axis=1), stored, lost
-
-
-def _stress(group: ZoneGroup) -> Compiled:
-    return group.stress
-
-
-def _energy(group: ZoneGroup) -> Compiled:
-    return group.energy
 
 
 def _in_one(rows: list[tuple[ZoneGroup, np.ndarray]], count: int) -> np.ndarray:
