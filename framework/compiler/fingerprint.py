@@ -84,6 +84,17 @@ def _belongs(held: Any) -> bool:
     return not constant and (is_standard(held) or not isinstance(python_function(held), types.FunctionType))
 
 
+def reached(*functions: Any) -> Iterator[types.FunctionType]:
+    """Functions and all helpers that they reach, each once; none of Python's, numpy's or numba's own."""
+    waiting, seen = list(functions), set[types.FunctionType]()
+    while waiting:
+        function = python_function(waiting.pop())
+        if isinstance(function, types.FunctionType) and function not in seen and not is_standard(function):
+            seen.add(function)
+            yield function
+            waiting.extend(value for _, value in references(function))
+
+
 def signature(code: types.CodeType) -> tuple:
     # With the types of constants, for 1 == 1.0, and `x * 1` of an integer is no float. Without file and line, so that a
     # law that has moved is found again.

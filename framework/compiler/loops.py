@@ -9,33 +9,22 @@ import types
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from grainlaw.compiler.fingerprint import references
-from grainlaw.compiler.numba_private import python_function
-from grainlaw.compiler.origin import is_standard
+from grainlaw.compiler.fingerprint import reached
 
 WAIT = 0.05  #: s between looks whether a call is done; meanwhile Ctrl-C reaches the thread that waits
 
 
 def has_loop(functions: Iterable[Any]) -> bool:
     """Whether a function, or a helper that it reaches, jumps back: without that it always ends."""
-    seen: set[int] = set()
-    return any(_jumps_back(function, seen) for function in functions)
-
-
-def _jumps_back(function: Any, seen: set[int]) -> bool:
-    function = python_function(function)
-    if not isinstance(function, types.FunctionType) or id(function) in seen or is_standard(function):
-        return False
-    seen.add(id(function))
-    return _code_jumps_back(function.__code__) or any(_jumps_back(value, seen) for _, value in references(function))
+    return any(_jumps_back(function.__code__) for function in reached(*functions))
 
 
 @functools.cache
-def _code_jumps_back(code: types.CodeType) -> bool:
+def _jumps_back(code: types.CodeType) -> bool:
     jumps = {*dis.hasjrel, *dis.hasjabs}
     if any(each.opcode in jumps and each.argval < each.offset for each in dis.get_instructions(code)):
         return True
-    return any(_code_jumps_back(inner) for inner in code.co_consts if isinstance(inner, types.CodeType))
+    return any(_jumps_back(inner) for inner in code.co_consts if isinstance(inner, types.CodeType))
 
 
 def interruptible(call: Callable[[], Any]) -> Any:

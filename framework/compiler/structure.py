@@ -15,9 +15,8 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.compiler.fingerprint import NotCompilable, code_names, references
+from grainlaw.compiler.fingerprint import NotCompilable, code_names, reached
 from grainlaw.compiler.numba_private import python_function
-from grainlaw.compiler.origin import is_standard
 from grainlaw.fields import ParameterError
 
 
@@ -48,18 +47,6 @@ class Structure:
         return self.numbers, self.rows, tuple(self.constants.items()), parts, tuple(self.methods)
 
 
-def _reachable_names(function: Any, seen: set[int]) -> set[str]:
-    """Attribute names used by a function and by every helper it reaches."""
-    function = python_function(function)
-    if not isinstance(function, types.FunctionType) or id(function) in seen or is_standard(function):
-        return set()
-    seen.add(id(function))
-    names = set(code_names(function.__code__)[1])
-    for _, value in references(function):
-        names |= _reachable_names(value, seen)
-    return names
-
-
 def _method(kind: type, name: str) -> types.FunctionType | None:
     """The plain function of a method that takes ``self``."""
     member = python_function(inspect.getattr_static(kind, name, None))
@@ -77,7 +64,7 @@ def structure(component: Any, *methods: str, asked: frozenset[str] = frozenset()
     while waiting:
         name = waiting.pop()
         functions[name] = python_function(getattr(kind, name))
-        names |= _reachable_names(functions[name], set())
+        names.update(*(code_names(function.__code__)[1] for function in reached(functions[name])))
         found = {other for other in names if _method(kind, other)}
         waiting.extend(found - set(functions) - set(waiting))
     used = sorted(name for name in names - set(functions) if not name.startswith("__"))
