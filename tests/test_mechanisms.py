@@ -1,5 +1,7 @@
 """Sources of acoustic events: their tensors by hand, their motion in a run, and their sum over a specimen."""
 
+from types import SimpleNamespace
+
 import attrs
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from test_crack_pattern import cracks_of
 
 import grainlaw as gl
 from grainlaw.engine.parts.breaks import Breaks
+from grainlaw.engine.state import State
 from grainlaw.geometry import Bricks, Voronoi, rectangle
 from grainlaw.laws import MohrCoulomb
 from grainlaw.protocols import UniaxialCompression, UniaxialTension
@@ -157,10 +160,11 @@ def test_events_are_complete_from_the_most_frequent_magnitude_on():
 
 def test_a_source_is_what_a_point_gains_until_waves_have_left():
     breaks = Breaks(3, passage=2.0)
-    still, stiff = (np.zeros(3), np.zeros(3)), np.ones((2, 3))
-    breaks.whole((np.array([1.0, 2, 3]), np.array([5.0, 7, 9])), (np.zeros(3), np.array([2.0, 4, 6])), 2 * stiff)
+    moved = {"opening": np.array([1.0, 2, 3]), "slip": np.array([5.0, 7, 9])}
+    pulled = {"normal": np.zeros(3), "shear": np.array([2.0, 4, 6]), "stiffness": np.full((2, 3), 2.0)}
+    breaks.whole(State.beyond_elastic.fget(SimpleNamespace(**moved, **pulled)))
     breaks.books.time[1] = 10.0  # it breaks, seen at 10 s
-    breaks.whole((np.array([7.0, 8, 9]), np.array([7.0, 8, 9])), still, stiff)
+    breaks.whole(np.array([[7.0, 8, 9], [7, 8, 9]]))
     assert breaks.books.before.tolist() == [[7, 2, 9], [7, 5, 9]]
     assert not breaks.waiting(10.0).any()
     assert not breaks.waiting(11.9).any()

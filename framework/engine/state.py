@@ -480,9 +480,8 @@ class State(metaclass=Checked):
         broken = self.breaks.new(self.memory("damage"))
         if broken.any():
             self.breaks.note(broken, self.bonds, self.time, self.mode, np.stack([self.normal, self.shear]))
-        bonds = self.bonds.arrays
-        opening, slip, normal, shear = (self.last(e) for e in (bonds.opening, bonds.slip, bonds.normal, bonds.shear))
-        self.breaks.whole((opening, slip), (normal, shear), self.stiffness)
+        beyond = self.beyond_elastic
+        self.breaks.whole(beyond)
         waiting = self.breaks.waiting(self.time)
         if waiting.any():
-            self.breaks.settle(waiting, self.beyond_elastic)
+            self.breaks.settle(waiting, beyond)

@@ -9,8 +9,6 @@ import numpy as np
 from grainlaw.engine.parts.bonds import Bonds
 from grainlaw.engine.parts.part import Changing, Part
 
-Rows = tuple[np.ndarray, np.ndarray]
-
 
 class BreakBooks(NamedTuple):
     """Contact points (p); nan where unbroken."""
@@ -51,14 +49,9 @@ class Breaks(Part):
         springs = traction[0, broken] ** 2 / (2 * kn) + traction[1, broken] ** 2 / (2 * ks)
         books.work[broken] = np.maximum(bonds.work[:, broken].sum(axis=0) - springs, 0.0)
 
-    def whole(self, motion: Rows, traction: Rows, stiffness: np.ndarray) -> None:
-        """Take the motion beyond the elastic one of points that have not broken, from opening and slip (p,) m each."""
-        broken = ~np.isnan(self.books.time)
-        for before, moved, pulled, stiff in zip(self.books.before, motion, traction, stiffness, strict=True):
-            kept = before[broken]
-            np.divide(pulled, stiff, out=before)
-            np.subtract(moved, before, out=before)
-            before[broken] = kept
+    def whole(self, beyond: np.ndarray) -> None:
+        """Take the motion beyond the elastic one, (2, p) m, of points that have not broken."""
+        np.copyto(self.books.before, beyond, where=np.isnan(self.books.time))
 
     def waiting(self, time: float) -> np.ndarray:
         """(p,) whether points have broken so long before a sample at ``time`` (s) that their source is known now."""
