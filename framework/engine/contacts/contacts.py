@@ -167,12 +167,6 @@ class Contacts(Part):
         on_a, end_a, start_b = rows[:, 0], rows[:, 1], rows[:, 2]
         return np.stack([on_a - end_a, end_a, start_b, -on_a - start_b], axis=1)
 
-    @property
-    def lifts(self) -> np.ndarray:
-        """(c,) m, how far slip has lifted the faces of each contact."""
-        rows = np.array([group.row("dilation") for group in self.groups], dtype=int)[self.groups_of(self.books.keys)]
-        return np.where(rows >= 0, self.arrays.memory[rows, np.arange(len(rows))], 0.0)
-
     def closed(self) -> dict[str, np.ndarray]:
         """Closed contacts (k): position, tangent (k, 2), length, opening, slip (m), tractions (Pa), grains."""
         arrays = self.arrays

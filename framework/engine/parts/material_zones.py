@@ -129,10 +129,6 @@ class MaterialZones(Part):
         self.arrays.base[:] = self.temperatures
         self.arrays.rise[:] = to[self.chosen] - self.arrays.base
 
-    def warm_evenly(self) -> None:
-        """Let zones that conduct follow one temperature for all."""
-        self.arrays.base[:], self.arrays.rise[:] = 0.0, 1.0
-
     def force_per_kelvin(self, displacement: np.ndarray, temperature: float, by: float) -> np.ndarray:
         """(2, i) N/K on nodes at (2, i) m: the change of the zones' forces by a change ``by`` (K), over it."""
         a, force = self.arrays, np.zeros_like(displacement)
