@@ -237,6 +237,13 @@ def table():
         private.Table((rows[0].T,))
 
 
+def laid():
+    """A form by the kind of what is in it; words with arrays where they are said to be."""
+    words, rows = [], np.arange(6, dtype=np.int32).reshape(2, 3)
+    assert private.laid((rows, 0.5, 7), words, lambda array: 40) == (tuple, (np.dtype(np.int32), 2), float, int)
+    assert words == [0, 0, 6, 4, 40, 2, 3, 12, 4, int(np.float64(0.5).view(np.int64)), 7]
+
+
 def place_of():
     """The address of a table inside compiled code is that from outside."""
     pair = private.Table(collections.namedtuple("Pair", "a b")(1, 2))
@@ -280,7 +287,7 @@ PIECES = {
     "is_number": is_number, "inner_options": inner_options, "uncounted": uncounted,
     "is_tuple_of_numbers": is_tuple_of_numbers, "named_tuple_method": named_tuple_method, "DiskCache": disk_cache,
     "NotKeptError": not_kept_error, "use_cache": use_cache, "call": call, "Table": table, "place_of": place_of,
-    "atomic_add": atomic_add, "atomic_load": atomic_load, "atomic_store": atomic_store,
+    "laid": laid, "atomic_add": atomic_add, "atomic_load": atomic_load, "atomic_store": atomic_store,
 }  # fmt: skip
 
 

@@ -46,6 +46,7 @@ __all__ = [
     "definition",
     "is_number",
     "is_tuple_of_numbers",
+    "laid",
     "named_tuple_method",
     "place_of",
     "processor",
@@ -110,7 +111,7 @@ class Table:
     def __init__(self, value: Any) -> None:
         self.value = value  #: which owns the arrays
         words: list[int] = []
-        self.form = _laid(value, words)  #: by which two tables of one kind are told, sooner than by their types
+        self.form = laid(value, words, _data)  #: by which two tables of one kind are told, sooner than by their types
         self._words = np.array(words, dtype=np.int64)
         self.address = _data(self._words)
 
@@ -130,18 +131,21 @@ def _kind_of(value: Any) -> Any:
     return nb.float64 if isinstance(value, float) else nb.int64
 
 
-def _laid(value: Any, words: list[int]) -> Any:
-    """The form of a value; adds the words of 8 bytes in which numba has it, for an array after two on who counts it."""
+def laid(value: Any, words: list[int], place: Callable[[np.ndarray], int]) -> Any:
+    """The form of a value; adds the words of 8 bytes in which numba has it, for an array after two on who counts it.
+
+    ``place`` says where the numbers of an array are.
+    """
     if isinstance(value, np.ndarray):
         if not value.flags.c_contiguous:
             raise TypeError("an array of a table does not lie in one piece, row after row")
-        words += (0, 0, value.size, value.itemsize, _data(value), *value.shape, *value.strides)
+        words += (0, 0, value.size, value.itemsize, place(value), *value.shape, *value.strides)
         return value.dtype, value.ndim
     if isinstance(value, Table):
         words.append(value.address)
         return value.form
     if isinstance(value, tuple):
-        return type(value), *(_laid(entry, words) for entry in value)
+        return type(value), *(laid(entry, words, place) for entry in value)
     words.append(int(np.float64(value).view(np.int64)) if isinstance(value, float) else value)
     return float if isinstance(value, float) else int
 

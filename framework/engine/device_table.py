@@ -7,11 +7,12 @@ What a part declares decides: ``Constant`` arrays go up when a stage begins or a
 from __future__ import annotations
 
 import bisect
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from grainlaw.compiler.numba_private import laid
 from grainlaw.engine.barrier import Pauses
 from grainlaw.engine.parts.part import Address, Changing, Scratch, Split, Told, declared
 from grainlaw.engine.state import State
@@ -97,7 +98,9 @@ class DeviceTable:
         for name, rows in (*parts.items(), ("components", None)):
             regions = sorted_[name] = {"changing": [], "constant": [], "scratch": []}
             if rows is not None:
-                _collect(rows, regions)
+                for hint, array in _arrays(rows):
+                    if hint != Address:
+                        regions[REGIONS.get(hint, "constant")].append(array)
             else:
                 for compiled in self._state.compiled:
                     if compiled.numbers.base is not self._state.materials.arrays.values:  # of materials they are in it
@@ -134,7 +137,7 @@ class DeviceTable:
     def _write_tables(self, numbers: Mapping[int, int]) -> None:
         """Write the words of all tables, before them arrays of addresses, after them the places of all."""
         parts = self.shared.parts
-        addresses = [each for part in parts for each in _addresses(part)]
+        addresses = [array for part in parts for hint, array in _arrays(part) if hint == Address and array.size]
         sizes = [*(each.size for each in addresses), *(len(_words(part, lambda array: 0)) for part in parts)]
         first = np.cumsum([0, *sizes, len(parts)]) * 8
         base = self._tables.fit(first.tolist())
@@ -165,7 +168,7 @@ class DeviceTable:
         where = {
             id(parameters): base + room, id(chunk.schedule): base + room + parameters.nbytes, id(NONE): base + size,
         }  # fmt: skip
-        own = np.broadcast_to(0.0, (self._threads, columns))
+        own = np.empty((self._threads, columns))  # never read: only its form counts
         team = _words(Team(self._threads, NONE, Pauses(0, 0)), lambda array: base)
         told = chunk._replace(velocities=own, integrator=numbers[chunk.integrator], parameters=base + room)
         words = _words(told, lambda array: where.get(id(array), base + size))
@@ -218,37 +221,18 @@ def _is_new(array: np.ndarray, known: set[tuple[int, int]]) -> bool:
     return is_new
 
 
-def _collect(rows: Any, regions: Mapping[str, list[np.ndarray]]) -> None:
-    """Sort the arrays of a part by what they are declared as."""
+def _arrays(rows: Any) -> Iterator[tuple[Any, np.ndarray]]:
+    """What each array of a part is declared as, and the array."""
     hints = declared(rows.__class__)
     for field, value in zip(rows._fields, rows, strict=True):
         if isinstance(value, tuple):
-            _collect(value, regions)
-        elif isinstance(value, np.ndarray) and hints[field] != Address:
-            regions[REGIONS.get(hints[field], "constant")].append(value)
+            yield from _arrays(value)
+        elif isinstance(value, np.ndarray):
+            yield hints[field], value
 
 
-def _addresses(rows: Any) -> Iterable[np.ndarray]:
-    """The arrays of a part that hold addresses."""
-    for field, value in zip(rows._fields, rows, strict=True):
-        if isinstance(value, tuple):
-            yield from _addresses(value)
-        elif declared(rows.__class__)[field] == Address and value.size:
-            yield value
-
-
-def _words(value: Any, place: Any) -> np.ndarray:
+def _words(value: Any, place: Callable[[np.ndarray], int]) -> np.ndarray:
     """The words of a table as compiled code has them (``numba_private.Table``), with arrays at their ``place``."""
     words: list[int] = []
-
-    def add(entry: Any) -> None:
-        if isinstance(entry, np.ndarray):
-            words.extend((0, 0, entry.size, entry.itemsize, place(entry), *entry.shape, *entry.strides))
-        elif isinstance(entry, tuple):
-            for each in entry:
-                add(each)
-        else:
-            words.append(int(np.float64(entry).view(np.int64)) if isinstance(entry, float) else int(entry))
-
-    add(value)
+    laid(value, words, place)
     return np.array(words, dtype=np.int64)
