@@ -7,6 +7,7 @@ would have to lie in a file that is guarded in the same way.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
@@ -64,10 +65,8 @@ class Folder:
 
     def check(self) -> None:
         """Raises :class:`NotPrivateError` where somebody else owns the folder, or may write there."""
-        try:
+        with contextlib.suppress(FileNotFoundError, NotADirectoryError):
             _check(os.stat(self.path), self.path)
-        except (FileNotFoundError, NotADirectoryError):
-            pass
 
     def read(self, name: str) -> tuple[dict[str, Any], bytes] | None:
         """Header and object code; None for what is missing or damaged. Raises :class:`NotPrivateError`."""
@@ -86,10 +85,8 @@ class Folder:
             return None
         if not whole:
             return None
-        try:
+        with contextlib.suppress(OSError):
             os.utime(path)  # the oldest that are removed are those not used for longest
-        except OSError:
-            pass
         return header, code
 
     def write(self, name: str, header: dict[str, Any], code: bytes) -> None:
@@ -161,7 +158,5 @@ def _found(folder: Path, pattern: re.Pattern[str]) -> Iterator[tuple[Path, os.st
 
 
 def _remove(path: Path) -> None:
-    try:
+    with contextlib.suppress(OSError):  # Windows, where another process reads it
         path.unlink(missing_ok=True)
-    except OSError:  # Windows, where another process reads it
-        pass

@@ -104,14 +104,9 @@ class Margin:
         self._free = little + LOOSE * self._highest_frequency**2 * self._mass
         return scipy.sparse.csc_matrix(matrix + scipy.sparse.diags(little))
 
-    @property
-    def unknowns(self) -> int:
-        """Number of them."""
-        return len(self._mass)
-
     def first_guess(self) -> np.ndarray:
         """(q,) a smooth motion in which all parts of the specimen take part."""
-        return self._factors.solve(self._mass * np.random.default_rng(0).normal(size=self.unknowns))
+        return self._factors.solve(self._mass * np.random.default_rng(0).normal(size=len(self._mass)))
 
     def find(self, guess: np.ndarray) -> LowestMode | None:
         """The margin of the present state, sought from a motion (q,) like that of the last; None if it is not found.
@@ -124,7 +119,7 @@ class Margin:
         state = self._state
         steady, platens = state.steady.books.field, state.platens.arrays
         scale = self._trial * AHEAD / max(self._size_of(steady), 1e-300)
-        ahead, springs = steady * scale, np.append(platens.stiffness, np.zeros(self.unknowns - len(platens.column)))
+        ahead, springs = steady * scale, np.append(platens.stiffness, np.zeros(len(self._mass) - len(platens.column)))
         with _Trials(state, self._coasting) as trials:
 
             def force(moved: np.ndarray) -> np.ndarray:
@@ -182,7 +177,7 @@ class Margin:
 
         Friction makes the tangent unsymmetric: of a pair of complex eigenvalues the real part counts.
         """
-        basis = np.zeros((self.unknowns, MOST), order="F")
+        basis = np.zeros((len(self._mass), MOST), order="F")
         sound, now, count, asked = np.zeros_like(basis), np.zeros_like(basis), 0, 0  # K0 and K(u) times the basis
         projected, found = np.zeros((MOST, MOST)), [math.inf] * SINCE
         while count < MOST:

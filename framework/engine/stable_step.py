@@ -20,6 +20,7 @@ LOOKS = 20, 500  #: steps between checks of the stiffness, with and without a cl
 SOFTER = 1.5  #: the step grows again once the stiffness is so many times below what it allows for
 LITTLE = 1e-3  #: of a closure: increment with which its tangent is found
 LEAST = 1e-9  #: of a grain's size: smaller closures count as none
+SAVED = ("allowed", "touching", "frequency", "fluid")  #: what the step goes by
 
 
 def in_one_piece(state: State) -> bool:
@@ -77,13 +78,12 @@ class StableStep:
 
     def save(self) -> dict[str, Any]:
         """What the step goes by."""
-        names = ("allowed", "touching", "frequency", "fluid")
-        return {name: getattr(self, name) for name in names}
+        return {name: getattr(self, name) for name in SAVED}
 
     def restore(self, saved: Mapping[str, Any]) -> None:
         """Go on from what :meth:`save` returned."""
-        self.allowed, self.touching, self.frequency = (saved[name] for name in ("allowed", "touching", "frequency"))
-        self.fluid = saved["fluid"]
+        for name in SAVED:
+            setattr(self, name, saved[name])
 
     @property
     def _touching(self) -> bool:

@@ -8,7 +8,6 @@ Index letters: ``i`` node, ``z`` zone, ``p`` contact point, ``e`` edge of the ri
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -263,15 +262,14 @@ class HeatFlow(Part):
     @property
     def columns(self) -> dict[str, float]:
         """What a run records of it; nothing before heat flows."""
-        return dict(self._columns()) if self.books.began[0] else {}
-
-    def _columns(self) -> Iterator[tuple[str, float]]:
+        if not self.books.began[0]:
+            return {}
         temperature = self.temperature
-        yield HEAT_TIME, float(self._now(self.books.clock))
-        yield COLDEST, float(temperature.min())
-        yield HOTTEST, float(temperature.max())
-        yield HEAT_SUPPLIED, float(self._now(self.books.supplied))
-        yield HEAT_STORED, self._stored(temperature)
+        return {
+            HEAT_TIME: float(self._now(self.books.clock)),
+            COLDEST: float(temperature.min()), HOTTEST: float(temperature.max()),
+            HEAT_SUPPLIED: float(self._now(self.books.supplied)), HEAT_STORED: self._stored(temperature),
+        }  # fmt: skip
 
 
 def _matrix(values: np.ndarray, row: np.ndarray, column: np.ndarray, size: int) -> scipy.sparse.csr_matrix:
