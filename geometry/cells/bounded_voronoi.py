@@ -14,7 +14,7 @@ import attrs
 import numpy as np
 from scipy import spatial
 
-from grainlaw.geometry.cells.sides import convex_sides
+from grainlaw.geometry.cells.sides import convex_sides, lines_at
 from grainlaw.geometry.cells.tiling import Tiling
 from grainlaw.polygon import cross
 from grainlaw.region import Region
@@ -140,17 +140,7 @@ def polygons(region: Region, diagram: Diagram, inside: np.ndarray | None = None)
     outward = diagram.vertices[diagram.start] - (diagram.seeds if inside is None else inside)[diagram.seed]
     order = np.lexsort((np.arctan2(outward[:, 1], outward[:, 0]), diagram.seed))
     first = np.searchsorted(diagram.seed[order], np.arange(len(diagram.seeds) + 1))
-    on = _vertex_sides(diagram)
-    return Tiling(region, convex_sides(region).hold(diagram.vertices, on), on, diagram.start[order], first)
-
-
-def _vertex_sides(diagram: Diagram) -> np.ndarray:
-    """(v, 2) sides of the region that each vertex lies on, -1 for none; two in a corner."""
     outer = diagram.side >= 0
-    vertex = np.concatenate([diagram.start[outer], diagram.end[outer]])
-    pairs = np.unique(np.column_stack([vertex, np.tile(diagram.side[outer], 2)]), axis=0)
-    second = np.concatenate([[False], pairs[1:, 0] == pairs[:-1, 0]])
-    on = np.full((len(diagram.vertices), 2), -1)
-    on[pairs[~second, 0], 0] = pairs[~second, 1]
-    on[pairs[second, 0], 1] = pairs[second, 1]
-    return on
+    ends = np.concatenate([diagram.start[outer], diagram.end[outer]])
+    on = lines_at(len(diagram.vertices), ends, np.tile(diagram.side[outer], 2))
+    return Tiling(region, convex_sides(region).hold(diagram.vertices, on), on, diagram.start[order], first)

@@ -6,7 +6,7 @@ import attrs
 import numpy as np
 
 from grainlaw.geometry.cells.sides import Sides, region_sides
-from grainlaw.geometry.cells.tiling import Tiling
+from grainlaw.geometry.cells.tiling import Tiling, without_repetition
 from grainlaw.polygon import areas_and_centroids
 
 FLATTEST = 1e-3  #: sine of the smallest turn that a merge may leave at a corner, clear of rounding
@@ -207,12 +207,7 @@ def _merged(tiling: Tiling, merges: Merges) -> Tiling:
     vertices[merges.keep] = merges.place
     number[merges.drop] = merges.keep
     corners = number[tiling.corners]
-    stay = corners != corners[tiling.next]
-    corners, first = corners[stay], np.concatenate([[0], np.cumsum(stay)])[tiling.first]
-    sizes = np.diff(first)
-    kept = np.repeat(sizes > 2, sizes)
-    first = np.concatenate([[0], np.cumsum(sizes[sizes > 2])])
+    stay, first, wide = without_repetition(corners, tiling.first)
     return attrs.evolve(
-        tiling, vertices=vertices, corners=corners[kept], first=first, owner=tiling.owner[sizes > 2],
-        kind=tiling.kind[stay][kept],
-    )  # fmt: skip
+        tiling, vertices=vertices, corners=corners[stay], first=first, owner=tiling.owner[wide], kind=tiling.kind[stay]
+    )

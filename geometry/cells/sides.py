@@ -87,6 +87,16 @@ def vertices_on(vertices: np.ndarray, start: np.ndarray, end: np.ndarray, near: 
     return vertex[height < 2 * near], line[height < 2 * near]
 
 
+def lines_at(count: int, vertex: np.ndarray, line: np.ndarray) -> np.ndarray:
+    """(count, 2 or more) lines that each vertex lies on, ascending, -1 for none, of pairs of a vertex and a line."""
+    lines = int(line.max(initial=0)) + 1
+    vertex, line = np.divmod(np.unique(vertex * lines + line), lines)
+    place = np.arange(len(vertex)) - np.searchsorted(vertex, vertex)
+    on = np.full((count, max(2, int(place.max(initial=0)) + 1)), -1)
+    on[vertex, place] = line
+    return on
+
+
 def held(
     tiling: Tiling, start: np.ndarray, end: np.ndarray, pairs: tuple[np.ndarray, np.ndarray]
 ) -> tuple[Tiling, Sides]:
@@ -105,11 +115,7 @@ def held(
     own, column = np.nonzero(tiling.on >= 0)
     vertex = np.concatenate([own, vertex])
     line = np.concatenate([tiling.on[own, column], line + len(sides.start)])
-    order = np.lexsort((line, vertex))
-    vertex, line = vertex[order], line[order]
-    place = np.arange(len(vertex)) - np.searchsorted(vertex, vertex)
-    on = np.full((len(tiling.vertices), max(2, int(place.max(initial=0)) + 1)), -1)
-    on[vertex, place] = line
+    on = lines_at(len(tiling.vertices), vertex, line)
     alone = np.where(on[:, 1:2] < 0, on[:, :2], -1)
     return attrs.evolve(tiling, vertices=lines.hold(tiling.vertices, alone), on=on), lines
 

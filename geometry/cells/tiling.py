@@ -20,6 +20,15 @@ def rows(first: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.arange(len(owner)) + np.repeat(first[which] - (np.cumsum(sizes) - sizes), sizes), owner
 
 
+def without_repetition(corners: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Positions of corners left if none is twice in a row, where polygons of three or more begin, and their numbers."""
+    stay = corners != corners[following(first)]
+    sizes = np.diff(np.concatenate([[0], np.cumsum(stay)])[first])
+    wide = sizes > 2
+    stay &= np.repeat(wide, np.diff(first))
+    return np.flatnonzero(stay), np.concatenate([[0], np.cumsum(sizes[wide])]), np.flatnonzero(wide)
+
+
 @attrs.frozen(eq=False)
 class Tiling:
     """Polygons as in a :class:`~grainlaw.tessellation.Tessellation`."""
