@@ -81,11 +81,6 @@ class Levelled(Load):
             )
 
     @property
-    def place(self) -> str:
-        """Of what it is, for messages."""
-        return ""
-
-    @property
     def level(self) -> Varying:
         """The number, the points in time or the function."""
         return getattr(self, _field(type(self)).name)
@@ -102,7 +97,9 @@ class Levelled(Load):
         if not callable(level):
             return rise(end, self.ramp, self.start, level)
         field = _field(type(self))
-        where, bounds = f"{type(self).__name__}{self.place}: {field.name}", field.metadata["varies"]
+        boundary = getattr(self, "boundary", "")
+        place = f" of {boundary}" if boundary else ""
+        where, bounds = f"{type(self).__name__}{place}: {field.name}", field.metadata["varies"]
         at = [(begin + share * (end - begin)).tolist() for share in GAUSS]
         return np.array([[value_of(where, level, time, bounds) for time in times] for times in at]).mean(axis=0)
 
@@ -132,10 +129,6 @@ class BoundaryLoad(Levelled):
     """What a stage imposes on a boundary: a level that may change with time."""
 
     boundary: str
-
-    @property
-    def place(self) -> str:
-        return f" of {self.boundary}"
 
     def check(self, stage: Stage) -> None:
         if math.isinf(self.lasts) and (stage.static or any(end.waits_for_rest for end in stage.until)):
@@ -679,10 +672,6 @@ class HeatBoundary(HeatLoad):
 
     boundary: str
 
-    @property
-    def place(self) -> str:
-        return f" of {self.boundary}"
-
     def check(self, stage: Stage) -> None:
         super().check(stage)
         fixed = sum(one.boundary == self.boundary for one in stage.of(FixedTemperature))
@@ -694,8 +683,10 @@ class HeatBoundary(HeatLoad):
 
     def check_specimen(self, specimen: Specimen) -> None:
         check_boundary(self, specimen)
+        if isinstance(self, (FixedTemperature, Convection)):
+            self._check_temperatures(specimen)
 
-    def check_temperatures(self, specimen: Specimen) -> None:
+    def _check_temperatures(self, specimen: Specimen) -> None:
         """Raise :class:`ParameterError` for a temperature that a material does not know; functions say it later."""
         level = self.level
         known = level.values.tolist() if isinstance(level, TimeSeries) else [] if callable(level) else [level]
@@ -711,10 +702,6 @@ class FixedTemperature(HeatBoundary):
     temperature: Varying = varying("degC", at_least=ABSOLUTE_ZERO)  #: of the rock there
     start: float = parameter("degC", default=ROOM, at_least=ABSOLUTE_ZERO)  #: at first, where there is a ramp
     ramp: float = parameter("s", default=0.0, at_least=0)  #: time of heat in which it changes
-
-    def check_specimen(self, specimen: Specimen) -> None:
-        super().check_specimen(specimen)
-        self.check_temperatures(specimen)
 
 
 @attrs.frozen(kw_only=True)
@@ -736,10 +723,6 @@ class Convection(HeatBoundary):
     temperature: Varying = varying("degC", at_least=ABSOLUTE_ZERO)  #: of the fluid
     start: float = parameter("degC", default=ROOM, at_least=ABSOLUTE_ZERO)  #: at first, where there is a ramp
     ramp: float = parameter("s", default=0.0, at_least=0)  #: time of heat in which it changes
-
-    def check_specimen(self, specimen: Specimen) -> None:
-        super().check_specimen(specimen)
-        self.check_temperatures(specimen)
 
 
 @attrs.frozen(kw_only=True)
