@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from grainlaw.fields import ParameterError
-from grainlaw.messages import refusal
 
 
 def first_of(wrong: Any, *values: Any) -> list[float]:
@@ -44,11 +43,3 @@ def not_beyond_apex(component: Any, tension: str, cohesion: str, angle: str) -> 
             f"{cohesion} / tan({angle}) = {first * first_c / first_used:g} Pa; no stress can reach it",
             wrong,
         )
-
-
-def kind_of_default(component: Any, attribute: Any, value: Any) -> None:
-    """Validate an option: a member of the enumeration of its default, and nothing that only equals one."""
-    kind = type(attribute.default)
-    if not isinstance(value, kind):
-        members = ", ".join(f"{kind.__name__}.{member.name}" for member in kind)
-        raise refusal(f"{type(component).__name__}: {attribute.name}", value, f"one of {members}")

@@ -6,6 +6,7 @@ import math
 import operator
 import warnings
 from collections.abc import Callable, Mapping
+from enum import Enum
 from types import FunctionType
 from typing import Any
 
@@ -259,10 +260,14 @@ def part(kind: Any, default: Any, without: type | None = None) -> Any:
     kind that does not fit here. Raises :class:`ParameterError`.
     """
 
+    def wanted() -> str:
+        if issubclass(kind, Enum):
+            return f"one of {', '.join(f'{kind.__name__}.{member.name}' for member in kind)}"
+        return f"a {kind.__name__} such as {short(default)}{f', and no {without.__name__}' if without else ''}"
+
     def check(component: Any, attribute: Any, value: Any) -> None:
         if not isinstance(value, kind) or (without and isinstance(value, without)):
-            wanted = f"a {kind.__name__} such as {short(default)}{f', and no {without.__name__}' if without else ''}"
-            raise refusal(f"{type(component).__name__}: {attribute.name}", value, wanted)
+            raise refusal(f"{type(component).__name__}: {attribute.name}", value, wanted())
 
     return attrs.field(default=default, validator=check, metadata={WITHOUT: without})
 

@@ -11,7 +11,7 @@ import math
 import attrs
 import numpy as np
 
-from grainlaw.checks import kind_of_default, not_above, not_beyond_apex
+from grainlaw.checks import not_above, not_beyond_apex
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import STRENGTHS, SURFACES, angle_of_friction, parameter, part
 from grainlaw.laws.closure import Closure, LinearClosure
@@ -43,15 +43,12 @@ class CohesiveCrack(ContactLaw):
     softening: Softening = part(Softening, EvansMarathe())  #: shape of the softening branches
     closure: Closure = part(Closure, LinearClosure())  #: how pressure grows with closure
     #: how long the softening branches are
-    softening_length: SofteningLength = attrs.field(default=SofteningLength.ENERGY, validator=kind_of_default)
-    #: the branch of one mode after damage by the other
-    other_mode: OtherMode = attrs.field(default=OtherMode.SCALED, validator=kind_of_default)
-    #: how the shear branch ends in residual friction
-    residual: Residual = attrs.field(default=Residual.FLOOR, validator=kind_of_default)
+    softening_length: SofteningLength = part(SofteningLength, SofteningLength.ENERGY)
+    other_mode: OtherMode = part(OtherMode, OtherMode.SCALED)  #: the branch of one mode after damage by the other
+    residual: Residual = part(Residual, Residual.FLOOR)  #: how the shear branch ends in residual friction
     #: shear strength of a contact under tension
-    tension_shear: TensionShear = attrs.field(default=TensionShear.EXTENDED, validator=kind_of_default)
-    #: how a traction rises to its peak
-    pre_peak: PrePeak = attrs.field(default=PrePeak.EXPONENTIAL, validator=kind_of_default)
+    tension_shear: TensionShear = part(TensionShear, TensionShear.EXTENDED)
+    pre_peak: PrePeak = part(PrePeak, PrePeak.EXPONENTIAL)  #: how a traction rises to its peak
 
     def __attrs_post_init__(self) -> None:
         not_above(self, "residual_friction_angle", "friction_angle", "a contact cannot gain strength by breaking")

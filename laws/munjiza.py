@@ -8,7 +8,7 @@ import math
 import attrs
 import numpy as np
 
-from grainlaw.checks import kind_of_default, not_above
+from grainlaw.checks import not_above
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import STRENGTHS, SURFACES, angle_of_friction, parameter, part
 from grainlaw.laws.closure import Closure, LinearClosure
@@ -44,8 +44,7 @@ class MunjizaJoint(ContactLaw):
     mode_ii_energy: float = parameter("J/m2", usual=SURFACES)  #: G_II, beyond the peak
     softening: Softening = part(Softening, EvansMarathe())  #: shape of the softening branches
     closure: Closure = part(Closure, LinearClosure())  #: how pressure grows with closure
-    #: how a joint unloads after its peak
-    unloading: Unloading = attrs.field(default=Unloading.SECANT, validator=kind_of_default)
+    unloading: Unloading = part(Unloading, Unloading.SECANT)  #: how a joint unloads after its peak
 
     def __attrs_post_init__(self) -> None:
         not_above(self, "residual_friction_angle", "friction_angle", "a contact cannot gain strength by breaking")

@@ -8,7 +8,6 @@ import math
 import attrs
 import numpy as np
 
-from grainlaw.checks import kind_of_default
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import STRENGTHS, angle_of_friction, parameter, part
 from grainlaw.laws.closure import Closure, LinearClosure
@@ -43,8 +42,7 @@ class XuNeedleman(ContactLaw):
     cohesion: float = parameter("Pa", usual=STRENGTHS)  #: c, shear strength without opening
     residual_friction_angle: float = angle_of_friction()  #: friction of the broken contact
     closure: Closure = part(Closure, LinearClosure())  #: how pressure grows with closure
-    #: what slip does to the tension
-    coupling: Coupling = attrs.field(default=Coupling.VAN_DEN_BOSCH, validator=kind_of_default)
+    coupling: Coupling = part(Coupling, Coupling.VAN_DEN_BOSCH)  #: what slip does to the tension
 
     @property
     def stiffness(self) -> tuple[float, float]:
