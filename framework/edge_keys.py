@@ -52,24 +52,17 @@ def words_of(key: Any) -> str:
     return "elsewhere" if key is ... or isinstance(key, tuple) else "inside grains" if key == "inside" else str(key)
 
 
-def strange_keys(keys: Iterable[Any], phases: Iterable[int | str], kinds: Iterable[str]) -> list[Any]:
-    """Keys that name a phase or kind that is not there by its name."""
-    phases, kinds = {*phases, "inside"}, {*kinds}
-    strange = []
-    for key in keys:
-        named = [part for part in (key if isinstance(key, tuple) else ()) if isinstance(part, str)]
-        if not set(named) <= phases or (isinstance(key, str) and key not in kinds):
-            strange.append(key)
-    return strange
-
-
 def check_known(where: str, keys: Iterable[Any], grains: Tessellation) -> None:
     """Raise :class:`ParameterError` for a key of a phase or a joint that the grains do not have by that name."""
-    if strange := strange_keys(keys, grains.phase_names, grains.kinds):
-        names, joints = ", ".join(grains.phase_names) or "without names", ", ".join(grains.joints) or "none"
-        known = f"phases: {names}; joints: {joints}"
-        star = "; any other is ... in Python, as in ('mica', ...)" if "*" in strange[0] else ""
-        raise ParameterError(f"{where}: {strange[0]!r} names what the grains do not have ({known}){star}")
+    phases, kinds = {*grains.phase_names, "inside"}, {*grains.kinds}
+    for key in keys:
+        named = {part for part in (key if isinstance(key, tuple) else ()) if isinstance(part, str)}
+        if not named <= phases or (isinstance(key, str) and key not in kinds):
+            names, joints = ", ".join(grains.phase_names) or "without names", ", ".join(grains.joints) or "none"
+            star = "; any other is ... in Python, as in ('mica', ...)" if "*" in key else ""
+            raise ParameterError(
+                f"{where}: {key!r} names what the grains do not have (phases: {names}; joints: {joints}){star}"
+            )
 
 
 def names_of(grains: Tessellation, phase: int) -> Names:
