@@ -102,8 +102,9 @@ def test_the_time_left_is_that_of_the_steps_that_usually_follow(monkeypatch):
     """From 100 steps at 50 s to 300 at 54 s: 20 ms a step, and (6 - 2) s / 0.01 s of them to come."""
     clock, said = iter([49.0, 50.0, 54.0, 55.0, 56.0]), []
     monkeypatch.setattr(progress, "time", SimpleNamespace(monotonic=lambda: next(clock)))
-    told = SimpleNamespace(tell=lambda bar, share, words: said.append((share, words)))
-    bar = progress.RunBar(progress.Bar(told, "run", None))
+    told = progress.Bar(None, "run", None)
+    monkeypatch.setattr(told, "tell", lambda share, words: said.append((share, words)))
+    bar = progress.RunBar(told)
     stage, curves = SimpleNamespace(name="axial"), {"strain": np.array([0.0, 1e-3]), "stress": np.array([0.0, 5e6])}
     state = SimpleNamespace(usual_end=6.0, time=1.0, time_step=0.01, steps=100)
     bar.observe(state, curves, stage, 0.1)

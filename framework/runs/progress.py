@@ -80,28 +80,10 @@ class Progress(logging.Handler):
             if self._bars is not None:
                 self._draw(visible=True, words=record.getMessage())
 
-    def tell(self, bar: Bar, share: float, words: str) -> None:
-        """Show how far a bar is, 0 to 1, and what it does, if nothing was shown for a moment."""
-        now = time.monotonic()
-        with self._turn:
-            if self._bars is not None:
-                self._bars.update(bar.task, completed=share, words=words)
-                if now - self._drawn >= OFTEN:
-                    self._draw(visible=False)
-            elif self.speaks and now - self._said >= SILENCE:
-                self._said = now
-                print(f"{bar.name}: {share:.0%}, {words}", file=sys.stderr, flush=True)
-
     def _draw(self, **compiles: Any) -> None:
         self._drawn = time.monotonic()
         self._bars.update(self._compiles, **compiles)
         self._bars.refresh()
-
-    def remove(self, bar: Bar) -> None:
-        """Of what has ended."""
-        with self._turn:
-            if self._bars is not None:
-                self._bars.remove_task(bar.task)
 
 
 class Bar:
@@ -111,12 +93,22 @@ class Bar:
         self.progress, self.name, self.task = progress, name, task
 
     def tell(self, share: float, words: str) -> None:
-        """How far it is, 0 to 1, and what it does."""
-        self.progress.tell(self, share, words)
+        """Show how far it is, 0 to 1, and what it does, if nothing was shown for a moment."""
+        at, now = self.progress, time.monotonic()
+        with at._turn:
+            if at._bars is not None:
+                at._bars.update(self.task, completed=share, words=words)
+                if now - at._drawn >= OFTEN:
+                    at._draw(visible=False)
+            elif at.speaks and now - at._said >= SILENCE:
+                at._said = now
+                print(f"{self.name}: {share:.0%}, {words}", file=sys.stderr, flush=True)
 
     def remove(self) -> None:
         """Take it away."""
-        self.progress.remove(self)
+        with self.progress._turn:
+            if self.progress._bars is not None:
+                self.progress._bars.remove_task(self.task)
 
 
 Shown = bool | Progress  #: whether somebody is told how far something is, or where
