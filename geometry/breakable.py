@@ -136,48 +136,41 @@ class GrainCells(metaclass=Checked):
         """Convex cells that fill a convex grain with this number; corners (x, y) m, counter-clockwise."""
 
 
-def _require_one(cells: Any) -> None:
-    if (cells.count is None) == (cells.size is None):
-        given = "neither" if cells.count is None else "both"
-        raise ParameterError(f"{type(cells).__name__}: give either count or size, not {given}")
+@attrs.frozen(kw_only=True)
+class _Counted(GrainCells):
+    """Cells of one size, or as many as are wanted in a grain of mean area."""
+
+    count: int | None = whole_number(at_least=1, default=None)  #: cells in a grain of mean area; give this or size
+    size: float | None = length()  #: m, root of the mean area of the cells
+
+    def __attrs_post_init__(self) -> None:
+        if (self.count is None) == (self.size is None):
+            given = "neither" if self.count is None else "both"
+            raise ParameterError(f"{type(self).__name__}: give either count or size, not {given}")
+
+    def cell_size(self, grain_area: float) -> float:
+        return self.size or math.sqrt(grain_area / self.count)  # type: ignore[operator]
 
 
 @attrs.frozen(kw_only=True)
-class VoronoiCells(GrainCells):
+class VoronoiCells(_Counted):
     """Voronoi cells of random seeds inside of each grain: ``count`` in one of mean area, or of a ``size``.
 
     A grain has as many as its area holds, at least one.
     """
 
-    count: int | None = whole_number(at_least=1, default=None)  #: cells in a grain of mean area; give this or size
-    size: float | None = length()  #: m, root of the mean area of the cells
     relaxation: int = whole_number(at_least=0, at_most=1000, default=2)  #: Lloyd iterations
-
-    def __attrs_post_init__(self) -> None:
-        _require_one(self)
-
-    def cell_size(self, grain_area: float) -> float:
-        return self.size or math.sqrt(grain_area / self.count)  # type: ignore[operator]
 
     def fill(self, grain: Polygon, number: int, size: float, random: np.random.Generator) -> list[Polygon]:
         return voronoi_cells(grain, max(1, round(area(grain) / size**2)), self.relaxation, NEAR * size, random)
 
 
 @attrs.frozen(kw_only=True)
-class Trigons(GrainCells):
+class Trigons(_Counted):
     """Triangles, about ``count`` in a grain of mean area, or of a ``size``; grains that meet divide an edge alike.
 
     Cracks can go nearly any way between them: Mayer and Stead 2017, Computers and Geotechnics 82, 110-123.
     """
-
-    count: int | None = whole_number(at_least=1, default=None)  #: cells in a grain of mean area; give this or size
-    size: float | None = length()  #: m, root of the mean area of the triangles
-
-    def __attrs_post_init__(self) -> None:
-        _require_one(self)
-
-    def cell_size(self, grain_area: float) -> float:
-        return self.size or math.sqrt(grain_area / self.count)  # type: ignore[operator]
 
     def fill(self, grain: Polygon, number: int, size: float, random: np.random.Generator) -> list[Polygon]:
         return triangles(grain, size, random)
