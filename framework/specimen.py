@@ -190,15 +190,11 @@ class Specimen(metaclass=Checked):
     @functools.cached_property
     def materials(self) -> list[tuple[Material | Rigid, np.ndarray]]:
         """The materials with the grains (n,) that each has, ascending."""
-        found: list[tuple[Material | Rigid, list[np.ndarray]]] = []
+        found: dict[int, tuple[Material | Rigid, list[int]]] = {}
         for phase in np.unique(self.grains.phase).tolist():
-            own, grains = self.material_of(phase), np.flatnonzero(self.grains.phase == phase)
-            same = next((entry for entry in found if entry[0] is own), None)
-            if same is None:
-                found.append((own, [grains]))
-            else:
-                same[1].append(grains)
-        return [(material, np.sort(np.concatenate(grains))) for material, grains in found]
+            own = self.material_of(phase)
+            found.setdefault(id(own), (own, []))[1].append(phase)
+        return [(own, np.flatnonzero(np.isin(self.grains.phase, phases))) for own, phases in found.values()]
 
     @functools.cached_property
     def is_elastic(self) -> np.ndarray:

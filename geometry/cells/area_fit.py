@@ -70,11 +70,6 @@ class PowerCells:
         """Largest of the differences from prescribed areas (g,) m2, each over the prescribed one."""
         return float(abs(self.areas / areas - 1).max())
 
-    def circularity(self) -> float:
-        """Mean of 4 pi area / perimeter^2 of whole cells."""
-        perimeter = np.bincount(self.diagram.seed, self.diagram.lengths(), len(self.seeds))
-        return float((4 * np.pi * self.diagram.areas() / perimeter**2).mean())
-
     def change(self, areas: np.ndarray) -> np.ndarray:
         """(g,) m2, of the weights, that would give ``areas`` (g,) m2 if these depended linearly on them."""
         half, n = self.diagram.once, len(self.seeds)
