@@ -60,17 +60,13 @@ class RateDependent(Modifier):
     stiffness and friction stay. From the beginning of damage on the gain is kept: a rate that jumps when a bond fails
     would give strength back to it (as in Malvar and others 1997, doi:10.1016/S0734-743X(97)00023-7). The rate is
     sqrt(max(d opening, 0)^2 + d slip^2) over the time step. No time passes, no gain: the slow limit is the law.
+    Fracture energies are those of the law at rest; at a rate they are those times (1 + gain)^2.
     """
 
     effect: RateEffect = part(RateEffect, CowperSymonds())  #: gain of strength over rate
 
     def __attrs_post_init__(self) -> None:
         refuse_what_does_not_scale(self)
-
-    @property
-    def fracture_energies(self) -> dict[str, float]:
-        """Of the law at rest; at a rate those times (1 + gain)^2."""
-        return self.law.fracture_energies
 
     def traction(self, opening, slip, time_step, gain, last_opening, last_slip, damage, *law):
         """``gain``: of strength; ``last_opening``, ``last_slip``: at the step before; ``damage`` is that of the law."""
