@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from typing import Any, NamedTuple, cast
 
 import matplotlib.figure
@@ -32,6 +33,15 @@ def given_or_new(where: str, ax: Any, size: tuple[float, float]) -> tuple[Figure
     if not isinstance(ax, Axes):
         raise refusal(f"{where}: ax", ax, "axes of matplotlib")
     return cast(Figure, ax.figure.figure), ax  # that of a subfigure is the whole figure
+
+
+def grid(count: int, across: int, size: tuple[float, float]) -> tuple[Figure, list[Axes]]:
+    """A new figure of a size (inch), and its panels, so many of them, ``across`` in a row."""
+    figure = Figure(figsize=size, layout="constrained")
+    panels = list(figure.subplots(math.ceil(count / across), across, squeeze=False).ravel())
+    for axes in panels[count:]:
+        axes.remove()
+    return figure, panels[:count]
 
 
 class LengthUnit(NamedTuple):

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.collections import Collection, LineCollection, PolyCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path as Outline
@@ -18,7 +18,7 @@ from matplotlib.transforms import offset_copy
 
 from grainlaw.arguments import checked
 from grainlaw.columns import TIME
-from grainlaw.drawing.figure import Figure, LengthUnit, given_or_new, length_unit, to_scale
+from grainlaw.drawing.figure import Figure, LengthUnit, given_or_new, grid, length_unit, to_scale
 from grainlaw.drawing.grains import phase_legend
 from grainlaw.drawing.palette import BLUE, VERMILLION
 from grainlaw.fields import checked_whole_number
@@ -155,72 +155,60 @@ def _panels(
     down = math.ceil(len(results) / across)
     each = float(np.clip(6.0 * wide / tall, 1.8, max(1.8, 13.0 / across)))
     size = each * across + 0.8, (each * tall / wide + 0.6) * down + 0.7
-    figure = Figure(figsize=size, layout="constrained")
-    panels = list(figure.subplots(down, across, squeeze=False).ravel())
-    for axes in panels[len(results) :]:
-        axes.remove()
-    return figure, dict(zip(results, panels, strict=False)), np.stack([low, high])
+    figure, panels = grid(len(results), across, size)
+    return figure, dict(zip(results, panels, strict=True)), np.stack([low, high])
 
 
 def pressures_side_by_side(results: Mapping[str, Result]) -> Figure | None:
     """Draw the pressure of a fluid in the cracks of several results, each at its last frame with one; None without."""
-    frames = {name: k for name, result in results.items() if (k := _last_wet(result)) is not None}
-    if not frames:
-        return None
-    wet = {name: results[name] for name in frames}
-    moments = {name: result.frames[frames[name]] for name, result in wet.items()}
-    largest = max(float(moment.bonds["fluid_pressure"].max()) for moment in moments.values()) / 1e6
-    figure, panels, corners = _panels(wet, frames, None)
-    unit = unit_of(*wet.values())
-    for name, axes in panels.items():
-        lines = draw_deformed(axes, wet[name], moments[name], unit)
-        pressure = moments[name].bonds["fluid_pressure"] / 1e6
+
+    def is_wet(moment: Frame) -> bool:
+        return bool(np.any(moment.bonds.get("fluid_pressure", 0.0) > 0))
+
+    def draw(axes: Axes, result: Result, moment: Frame, unit: LengthUnit) -> Collection:
+        lines, pressure = draw_deformed(axes, result, moment, unit), moment.bonds["fluid_pressure"] / 1e6
         full = pressure > 0
-        drawn = LineCollection(list(lines[full]), array=pressure[full], cmap="viridis", linewidths=2.0)
-        drawn.set_clim(0.0, largest)
-        axes.add_collection(drawn)
-        to_scale(axes, unit)
-        fit(axes, *corners)
-        axes.set_title(f"{name}\n{how_far(wet[name], frames[name])}", fontsize="medium")
-        axes.label_outer()
-    figure.colorbar(drawn, ax=list(panels.values()), label="pressure of the fluid (MPa)", shrink=0.6)
-    return figure
+        return LineCollection(list(lines[full]), array=pressure[full], cmap="viridis", linewidths=2.0)
 
-
-def _last_wet(result: Result) -> int | None:
-    """Number of the last frame in which there is a pressure in cracks."""
-    wet = [k for k, frame in enumerate(result.frames) if np.any(frame.bonds.get("fluid_pressure", 0.0) > 0)]
-    return wet[-1] if wet else None
+    return _last_side_by_side(results, is_wet, draw, "pressure of the fluid (MPa)", low=0.0)
 
 
 def temperatures_side_by_side(results: Mapping[str, Result]) -> Figure | None:
     """Draw the temperature of zones of several results, each at its last frame in which it is uneven; None without."""
-    frames = {name: k for name, result in results.items() if (k := _last_uneven(result)) is not None}
+
+    def is_uneven(moment: Frame) -> bool:
+        return bool(np.ptp(moment.zones.get("temperature", 0.0)) > 0)
+
+    def draw(axes: Axes, result: Result, moment: Frame, unit: LengthUnit) -> Collection:
+        place = (result.mesh.nodes + moment.displacement) * unit.factor
+        return PolyCollection(place[result.mesh.zones], array=moment.zones["temperature"], cmap="inferno")
+
+    return _last_side_by_side(results, is_uneven, draw, "temperature (°C)")
+
+
+def _last_side_by_side(
+    results: Mapping[str, Result], shows: Callable[[Frame], bool], draw: Callable[..., Collection], label: str,
+    low: float | None = None,
+) -> Figure | None:  # fmt: skip
+    """What is drawn of results, each at its last frame that shows it, in the same colours from ``low`` on, if given."""
+    every = {name: [k for k, frame in enumerate(result.frames) if shows(frame)] for name, result in results.items()}
+    frames = {name: numbers[-1] for name, numbers in every.items() if numbers}
     if not frames:
         return None
-    moments = {name: results[name].frames[k] for name, k in frames.items()}
-    every = np.concatenate([moment.zones["temperature"] for moment in moments.values()])
     shown = {name: results[name] for name in frames}
     figure, panels, corners = _panels(shown, frames, None)
     unit = unit_of(*shown.values())
+    drawn = {name: draw(panels[name], result, result.frames[frames[name]], unit) for name, result in shown.items()}
+    values = np.concatenate([np.asarray(each.get_array()) for each in drawn.values()])
     for name, axes in panels.items():
-        result, moment = results[name], moments[name]
-        place = (result.mesh.nodes + moment.displacement) * unit.factor
-        drawn = PolyCollection(place[result.mesh.zones], array=moment.zones["temperature"], cmap="inferno")
-        drawn.set_clim(float(every.min()), float(every.max()))
-        axes.add_collection(drawn)
+        drawn[name].set_clim(float(values.min()) if low is None else low, float(values.max()))
+        axes.add_collection(drawn[name])
         to_scale(axes, unit)
         fit(axes, *corners)
-        axes.set_title(f"{name}\n{how_far(result, frames[name])}", fontsize="medium")
+        axes.set_title(f"{name}\n{how_far(shown[name], frames[name])}", fontsize="medium")
         axes.label_outer()
-    figure.colorbar(drawn, ax=list(panels.values()), label="temperature (°C)", shrink=0.6)
+    figure.colorbar(drawn[name], ax=list(panels.values()), label=label, shrink=0.6)
     return figure
-
-
-def _last_uneven(result: Result) -> int | None:
-    """Number of the last frame in which zones have different temperatures."""
-    uneven = [k for k, frame in enumerate(result.frames) if np.ptp(frame.zones.get("temperature", 0.0)) > 0]
-    return uneven[-1] if uneven else None
 
 
 def named_results(where: str, results: Any) -> dict[str, Result]:

@@ -27,7 +27,7 @@ from grainlaw.columns import (
     course,
     require,
 )
-from grainlaw.drawing.figure import Figure, given_or_new
+from grainlaw.drawing.figure import Figure, given_or_new, grid
 from grainlaw.drawing.palette import BLACK, color, marker, style
 from grainlaw.fields import ParameterError
 from grainlaw.messages import refusal
@@ -289,13 +289,9 @@ def plot_report_curves(results: Mapping[str, Result]) -> Figure:
     if len(results) == 1:  # those of several laws cannot be told apart
         kinds = [ENERGY + kind for kind in ENERGIES if first.curves[ENERGY + kind].any()]
         panels += [Panel(along, kinds, "energy")] if kinds else []
-    rows = (len(panels) + 1) // 2
-    figure = Figure(figsize=(10, 3.4 * rows), layout="constrained")
-    places = figure.subplots(rows, 2, squeeze=False).ravel()
-    for axes, panel in zip(places, panels, strict=False):
+    figure, places = grid(len(panels), 2, (10, 3.4 * math.ceil(len(panels) / 2)))
+    for axes, panel in zip(places, panels, strict=True):
         _draw(axes, panel, results)
-    for axes in places[len(panels) :]:
-        axes.remove()
     return figure
 
 

@@ -11,7 +11,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 
 from grainlaw.contact import ContactLaw
-from grainlaw.drawing.figure import Figure
+from grainlaw.drawing.figure import Figure, grid
 from grainlaw.results.probe import ContactPath
 from grainlaw.workbench.characteristics import QUICK, Envelope, envelope, fitting_pressures, shear_mode, tensile_mode
 from grainlaw.workbench.driver import Contact, alone
@@ -55,21 +55,16 @@ def _end(path: ContactPath) -> str:
 def _plot_many(paths: Sequence[ContactPath]) -> Figure:
     """Tractions of each path with the strength, side by side in the size of a screen."""
     across = math.ceil(math.sqrt(1.6 * len(paths)))
-    down = math.ceil(len(paths) / across)
-    figure = Figure(figsize=SCREEN, layout="constrained")
-    panels = figure.subplots(down, across, squeeze=False)
-    for axes, path, strength in zip(panels.ravel(), paths, _strengths(paths), strict=False):
+    figure, panels = grid(len(paths), across, SCREEN)
+    for axes, path, strength in zip(panels, paths, _strengths(paths), strict=True):
         _strength(axes, path, strength)
-        axes.get_legend().remove()
+        axes.get_legend().remove()  # type: ignore[union-attr]
         axes.set_title(f"contact {path.point}, {_end(path)}", fontsize="small")
         axes.tick_params(labelsize="small")
         axes.set(xlabel="", ylabel="")
-    for axes in panels.ravel()[len(paths) :]:
-        axes.remove()
     figure.supxlabel("pressure (MPa), tension below 0")
     figure.supylabel("shear traction (MPa)")
-    drawn = panels[0, 0].collections[0]
-    bar = figure.colorbar(drawn, ax=list(panels.ravel()[: len(paths)]), label="damage", ticks=[0, 1], pad=0.01)
+    bar = figure.colorbar(panels[0].collections[0], ax=panels, label="damage", ticks=[0, 1], pad=0.01)
     bar.ax.set_ylim(0, 1)
     return figure
 
