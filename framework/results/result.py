@@ -64,6 +64,11 @@ class Curves(Named):
         return data_frame("Curves.to_pandas", self)
 
 
+def _each(value: Any, *shape: int) -> Any:
+    """Declare an array of cracks, with this value for each unless it is given."""
+    return attrs.field(default=attrs.Factory(lambda self: np.full((len(self.time), *shape), value), takes_self=True))
+
+
 @attrs.frozen(eq=False)
 class Cracks(metaclass=Checked):
     """Broken contact points, in the order of breaking; the length of each is half of its interface."""
@@ -77,30 +82,13 @@ class Cracks(metaclass=Checked):
     slip: np.ndarray  #: (k,) m
     grains: np.ndarray  #: (k, 2) numbers of the two polygons
     spent: np.ndarray  #: (k,) J/m2, work done on it until it broke, less the elastic energy then
-    inside: np.ndarray = attrs.field()  #: (k,) whether between two cells of one grain: transgranular; not, unless given
+    inside: np.ndarray = _each(False)  #: (k,) whether between two cells of one grain: transgranular; not, unless given
 
-    phases: np.ndarray = attrs.field()  #: (k, 2) names of the minerals of both polygons; empty, unless given
+    phases: np.ndarray = _each("", 2)  #: (k, 2) names of the minerals of both polygons; empty, unless given
     #: (k,) what they were: "between" grains, "inside" of one, or the name of a joint; empty, unless given
-    kind: np.ndarray = attrs.field()
-    source_opening: np.ndarray = attrs.field()  #: (k,) m, gained by the break, less elastic ones; nan unless given
-    source_slip: np.ndarray = attrs.field()  #: (k,) m, from the last sample before the break till waves have left
-
-    @source_opening.default
-    @source_slip.default
-    def _unknown(self) -> np.ndarray:
-        return np.full(len(self.time), np.nan)
-
-    @inside.default
-    def _between(self) -> np.ndarray:
-        return np.zeros(len(self.time), dtype=bool)
-
-    @kind.default
-    def _of_no_kind(self) -> np.ndarray:
-        return np.full(len(self.time), "")
-
-    @phases.default
-    def _unnamed(self) -> np.ndarray:
-        return np.full((len(self.time), 2), "")
+    kind: np.ndarray = _each("")
+    source_opening: np.ndarray = _each(np.nan)  #: (k,) m, gained by the break, less elastic ones; nan unless given
+    source_slip: np.ndarray = _each(np.nan)  #: (k,) m, from the last sample before the break till waves have left
 
     @property
     def _facts(self) -> dict[str, str]:
