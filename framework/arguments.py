@@ -214,6 +214,14 @@ def floats(value: Any) -> np.ndarray:
     return array.astype(float)
 
 
+def floats_or_nan(value: Any) -> np.ndarray:
+    """As :func:`floats`; a single nan for what is none."""
+    try:
+        return floats(value)
+    except (TypeError, ValueError, OverflowError):
+        return np.array(np.nan)
+
+
 def _has_flag(value: Any) -> bool:
     if isinstance(value, (list, tuple)):
         return any(map(_has_flag, value))

@@ -13,7 +13,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked, checked, floats, is_number
+from grainlaw.arguments import Checked, checked, floats, floats_or_nan, is_number
 from grainlaw.messages import ParameterError, in_python, refusal, short
 from grainlaw.unit_text import is_unit
 
@@ -173,10 +173,7 @@ def checked_number(
 
 def checked_points(where: str, value: Any) -> np.ndarray:
     """(n, 2) m, finite. Raises :class:`ParameterError`, which begins with ``where``."""
-    try:
-        points = floats(value)
-    except (TypeError, ValueError, OverflowError):
-        points = np.zeros(0)
+    points = floats_or_nan(value)
     if points.ndim != 2 or points.shape[1] != 2 or not (np.abs(points) <= FARTHEST).all():
         raise refusal(where, value, f"a list of points (x, y) in m, all finite and within {FARTHEST:g}")
     return points

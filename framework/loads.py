@@ -11,7 +11,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import floats, is_number
+from grainlaw.arguments import floats_or_nan, is_number
 from grainlaw.columns import HEAT_TIME, TEMPERATURE
 from grainlaw.conditions import ComesTo, Condition, Reaches
 from grainlaw.fields import ParameterError, grain_numbers, optional, parameter, part, vector
@@ -52,10 +52,7 @@ def _is_axis(drive: Driven, attribute: attrs.Attribute, value: int) -> None:
 
 
 def _velocities(value: Any) -> np.ndarray:
-    try:
-        found = floats(value)
-    except (TypeError, ValueError, OverflowError):
-        found = np.zeros(0)
+    found = floats_or_nan(value)
     if found.ndim != 2 or found.shape[1] != 2 or not np.isfinite(found).all():
         raise refusal("InitialVelocity: velocity", value, "velocities (x, y) in m/s of all nodes, finite")
     return found

@@ -10,7 +10,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked, fits, floats
+from grainlaw.arguments import Checked, fits, floats_or_nan
 from grainlaw.fields import ParameterError, checked_field, parameter
 from grainlaw.geometry.cells.grain_size import some_points
 from grainlaw.messages import refusal, short
@@ -81,10 +81,7 @@ class NaturalGrowth(Sizes):
 def _row(where: str, value: Any) -> tuple[float, ...] | None:
     if value is None:
         return None
-    try:
-        row = floats(value)
-    except (TypeError, ValueError, OverflowError):
-        row = np.zeros(0)
+    row = floats_or_nan(value)
     if row.ndim != 1 or not row.size or not np.isfinite(row).all() or row.min() < 0:
         raise refusal(where, value, "a list of finite numbers, none below 0")
     return tuple(row.tolist())

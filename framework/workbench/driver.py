@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked, checked, fits, floats
+from grainlaw.arguments import Checked, checked, fits, floats_or_nan
 from grainlaw.compiler.batch import CompilationError, Compiled, compile_law
 from grainlaw.contact import ContactLaw, answered, declared_stiffness, law_arguments
 from grainlaw.fields import ParameterError, checked_number, parameters
@@ -213,10 +213,7 @@ def trace(law: ContactLaw, opening: Any, slip: Any, *, compiled: bool = False, t
 
 
 def _path(name: str, value: Any) -> np.ndarray:
-    try:
-        path = floats(value)
-    except (TypeError, ValueError, OverflowError):
-        path = np.array(np.nan)
+    path = floats_or_nan(value)
     if not (np.abs(path) <= FARTHEST).all():
         raise refusal(f"trace: {name}", value, f"a number of at most {FARTHEST:g} m or an array of them")
     return path

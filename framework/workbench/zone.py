@@ -10,12 +10,13 @@ import attrs
 import numpy as np
 import scipy
 
-from grainlaw.arguments import Checked, checked, floats
+from grainlaw.arguments import Checked, checked, floats_or_nan
 from grainlaw.compiler.batch import compile_material
 from grainlaw.fields import ParameterError, checked_number, parameters
 from grainlaw.material import Material, material_arguments, material_memory, stiffness_of, stress_answered
 from grainlaw.memory import ROOM, SCALARS, with_scalars
 from grainlaw.messages import refusal, short
+from grainlaw.workbench.driver import work_done
 
 Strain = Sequence[float]  #: exx, eyy, exy
 CONFINING = 10  #: increments in which the confinement of a path rises
@@ -105,13 +106,8 @@ class Zone:
         """Strains (i, 3) with the answers (i, 4 + m) to them."""
         memory = dict(zip(self.names, answers[:, 4:].T.copy(), strict=True))
         stress = answers[:, :3].copy()
-        return MaterialTrace(strain, stress, work_on_zone(strain, stress), answers[:, 3].copy(), memory)
-
-
-def work_on_zone(strain: np.ndarray, stress: np.ndarray) -> np.ndarray:
-    """Work (i,) J/m3 since the first point, by the trapezoidal rule as in the engine."""
-    steps = (stress[1:] + stress[:-1]) / 2 * np.diff(strain, axis=0)
-    return np.concatenate([[0.0], np.cumsum(steps @ [1.0, 1.0, 2.0])])[: len(strain)]
+        work = work_done(*zip(strain.T, (stress * [1.0, 1.0, 2.0]).T, strict=True))
+        return MaterialTrace(strain, stress, work, answers[:, 3].copy(), memory)
 
 
 def alone_material(material: Any) -> Zone:
@@ -132,8 +128,8 @@ def trace_material(material: Material, exx: Any, eyy: Any, exy: Any, *, compiled
     """
     alone_material(material)
     try:
-        rows = np.array(np.broadcast_arrays(*(np.atleast_1d(floats(row)) for row in (exx, eyy, exy))))
-    except (TypeError, ValueError):
+        rows = np.array(np.broadcast_arrays(*(np.atleast_1d(floats_or_nan(row)) for row in (exx, eyy, exy))))
+    except ValueError:
         rows = np.full((3, 1), np.nan)
     if rows.ndim != 2 or not np.isfinite(rows).all():
         raise refusal("trace_material: strain", (exx, eyy, exy), "three numbers or (i,) arrays of equal length, finite")
@@ -150,10 +146,7 @@ def compress(material: Material, strain: Any, *, confinement: float = 0.0) -> Ma
     """
     zone = alone_material(material)
     checked_number("compress: confinement", confinement, "Pa")
-    try:
-        path = np.atleast_1d(floats(strain))
-    except (TypeError, ValueError):
-        path = np.full(1, np.nan)
+    path = np.atleast_1d(floats_or_nan(strain))
     if path.ndim != 1 or not path.size or not (np.abs(path) <= 1).all():
         raise refusal("compress: strain", strain, "a number from -1 to 1 or a (i,) array of them")
     state, now = zone.start, np.zeros(3)
