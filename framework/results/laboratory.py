@@ -174,14 +174,8 @@ class Laboratory(metaclass=Checked):
         ``measured`` curve a column has its numbers. Raises ParameterError without pandas.
         """
         numbers = self._numbers
-        columns: dict[str, list[Any]] = {
-            "measure": [each.name for each in numbers],
-            "meaning": [each.meaning for each in numbers],
-            "value": [each.value for each in numbers],
-            "unit": [each.unit for each in numbers],
-            "resolution": [each.resolution for each in numbers],
-            "source": [each.source for each in numbers],
-        }
+        columns: dict[str, list[Any]] = {name: [getattr(each, name) for each in numbers] for name in _Number._fields}
+        columns["measure"] = columns.pop("name")
         if measured is not None:
             others = _by_name(measured)
             columns["measured"] = [others[each.name].value if each.name in others else np.nan for each in numbers]

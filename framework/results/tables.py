@@ -35,9 +35,14 @@ def lines(columns: Iterable[np.ndarray]) -> str:
 
 def as_csv(table: Mapping[str, np.ndarray]) -> str:
     """Columns by name as CSV, with a line of names."""
-    heads = io.StringIO()
-    csv.writer(heads, lineterminator="\n").writerow(map(plain, table))
-    return heads.getvalue() + lines(table.values())
+    return csv_text([map(plain, table)]) + lines(table.values())
+
+
+def csv_text(rows: Iterable[Iterable[Any]]) -> str:
+    """Rows as CSV."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()
 
 
 def plain(text: Any) -> Any:
@@ -56,14 +61,12 @@ def write_curves(
     ``curves`` are by the entries of these columns.
     """
     columns = list(dict.fromkeys(name for recorded in curves.values() for name in recorded))
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(map(plain, [*names, *columns]))
+    rows = [[*map(plain, [*names, *columns])]]
     for entries, recorded in curves.items():
         count = len(next(iter(recorded.values()), ()))
         table = [recorded.get(column, np.full(count, np.nan)).tolist() for column in columns]
-        writer.writerows([*map(plain, entries), *map(repr, row)] for row in zip(*table, strict=True))
-    write_text(file, text.getvalue())
+        rows += ([*map(plain, entries), *map(repr, row)] for row in zip(*table, strict=True))
+    write_text(file, csv_text(rows))
 
 
 def breaks(state: State) -> dict[str, np.ndarray]:
