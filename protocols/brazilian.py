@@ -13,13 +13,12 @@ from grainlaw.columns import STRAIN, STRESS, STRESS_BOTTOM, STRESS_TOP, Panel
 from grainlaw.conditions import Curves, Reaches
 from grainlaw.engine.state import State
 from grainlaw.fields import parameter, part, whole_number
-from grainlaw.gauges import ends
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.loads import Drive
 from grainlaw.messages import ParameterError
 from grainlaw.protocols.between_platens import Platens, UntilFailure, held_across, require_platens
-from grainlaw.protocols.measures import failure_summary, size
+from grainlaw.protocols.measures import axial_strain, failure_summary, size
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
@@ -93,14 +92,13 @@ class Brazilian(UntilFailure):
         The latter, across and along the load, tension positive, are means over the grains whose centroid is nearer to
         the centre than a tenth of the diameter.
         """
-        width, height = size(state.specimen)
+        width, _ = size(state.specimen)
         top, bottom = -state.reaction("top")[1], state.reaction("bottom")[1]
         factor = self.shape_factor * 2 / (math.pi * width)
         low, high = state.specimen.grains.region.bounds
         middle = window_mean(state.specimen.grains, state.grain_stress(), within_circle((low + high) / 2, 0.1 * width))
-        upper, lower = (state.moved(end)[1] for end in ends(state.specimen))
         return {
-            STRAIN: -float(upper - lower) / height,
+            STRAIN: -axial_strain(state),
             "force": (top + bottom) / 2,
             STRESS: factor * (top + bottom) / 2,
             STRESS_TOP: factor * top,

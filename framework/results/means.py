@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from numbers import Real
 from typing import Any
 
 import numpy as np
 import scipy
 
+from grainlaw.arguments import is_number
 from grainlaw.quantity import Quantity
 from grainlaw.results.certificate import is_open, least_of
 from grainlaw.results.result import Result
@@ -21,7 +21,7 @@ Samples = Mapping[str, Mapping[int, Result]]  #: results by law, and by the seed
 
 def means(summaries: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Mean of each number that all summaries have."""
-    shared = [name for name in summaries[0] if all(_is_number(summary.get(name)) for summary in summaries)]
+    shared = [name for name in summaries[0] if all(is_number(summary.get(name)) for summary in summaries)]
     return {name: float(np.mean([summary[name] for summary in summaries])) for name in shared}
 
 
@@ -33,7 +33,7 @@ def mean_and_range(look: Quantity, results: Collection[Result], name: str) -> st
     found = [least_of(name, result) for result in results]
     if all(isinstance(value, list) for value in found) and len({len(value) for value in found}) == 1:
         return look.text(np.mean(found, axis=0).tolist())
-    values = np.array([value if _is_number(value) else np.nan for value in found], dtype=float)
+    values = np.array([value if is_number(value) else np.nan for value in found], dtype=float)
     if not len(values) or np.isnan(values).any():
         return "-"
     above = "> " if any(is_open(name, result) for result in results) else ""
@@ -65,7 +65,3 @@ def mean_and_interval(look: Quantity, values: np.ndarray) -> str:
     interval = "" if math.isnan(low) else f" ({look.text(low)} to {look.text(high)})"
     some = f", {found['count']} of {len(values)}" if found["count"] < len(values) else ""
     return f"{look.text(found['mean'])}{interval}{some}"
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (Real, np.number)) and not isinstance(value, bool)

@@ -314,7 +314,7 @@ class _Reading:
                 self._say(kind, column, guessed, guessed=not unit)
                 return in_si(column.values, guessed), kind == DEVIATOR
         if FORCE not in self.chosen:
-            raise self._lacks("stress", "a stress, a deviator or a force", STRESS)
+            raise self._lacks("a stress, a deviator or a force", STRESS)
         column, unit = self.chosen[FORCE], self._unit(FORCE)
         if not unit:
             raise ParameterError(f"{self.where}: the column {column.title} has no unit, give it: force='kN'")
@@ -328,7 +328,7 @@ class _Reading:
         self._say(FORCE, column, unit, guessed=False, more=f", over {over * 1e6:.6g} mm2")
         return in_si(column.values, unit) / over, False
 
-    def _lacks(self, what: str, wanted: str, kind: str) -> ParameterError:
+    def _lacks(self, wanted: str, kind: str) -> ParameterError:
         return ParameterError(
             f"{self.where}: no column is {wanted} by its name, say which is: columns={{'{kind}': '...'}}"
         )
@@ -342,7 +342,7 @@ class _Reading:
         if STRAIN in self.chosen:
             return self._strain(STRAIN, load)
         if DISPLACEMENT not in self.chosen:
-            raise self._lacks("strain", "a strain or a displacement", STRAIN)
+            raise self._lacks("a strain or a displacement", STRAIN)
         column, unit = self.chosen[DISPLACEMENT], self._unit(DISPLACEMENT)
         if not unit:
             raise ParameterError(f"{self.where}: the column {column.title} has no unit, give it: displacement='mm'")

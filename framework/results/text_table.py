@@ -164,7 +164,7 @@ def _first(rows: Sequence[Sequence[str]], decimal: str) -> int | None:
     """Where the first rows of numbers below each other begin, as many as ``RUN`` or as there are; None without any."""
     runs: list[tuple[int, int]] = []  # where they begin, and how many rows they have
     for k, row in enumerate(rows):
-        if not _is_row(row, decimal):
+        if not _balance(row, decimal):
             continue
         begin, count = runs[-1] if runs else (k, 0)
         if begin + count != k or len(rows[begin]) != len(row):
@@ -185,11 +185,6 @@ def _head_cells(line: str, separator: str | None, width: int) -> list[str]:
 
 def _is_number(cell: str, decimal: str) -> bool:
     return NUMBERS[decimal].fullmatch(cell) is not None
-
-
-def _is_row(cells: Sequence[str], decimal: str) -> bool:
-    """Whether two places or more have numbers, and most that are not empty."""
-    return _balance(cells, decimal) > 0
 
 
 def _balance(cells: Sequence[str], decimal: str) -> int:

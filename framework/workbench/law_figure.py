@@ -87,7 +87,7 @@ def plot_law(law: ContactLaw) -> Figure:
     figure = Figure(figsize=(13.5, 8.2), layout="constrained")
     (pull, closure, strength), (shear, normal, tangential) = figure.subplots(2, 3)
     with np.errstate(all="ignore"):
-        draw_pull(pull, pull_and_release(contact, opening), found, opening)
+        draw_pull(pull, pull_and_release(contact, opening), opening)
         draw_shear(shear, contact, found, slips)
         draw_closure(closure, contact, found)
         draw_envelope(strength, envelope(law))
@@ -110,7 +110,7 @@ def draw_trace(trace: Trace, ax: Any) -> Figure:
     return figure
 
 
-def draw_pull(axes: Axes, run: Trace, found: Characteristics, to: Reach) -> None:
+def draw_pull(axes: Axes, run: Trace, to: Reach) -> None:
     """Normal traction over opening."""
     curves = [(run.opening, run.normal, SHADES[0], "")]
     _draw(axes, curves, "opening (µm)", "normal traction (MPa)", "pull, release, pull on", to)
