@@ -33,6 +33,7 @@ from grainlaw.engine.model import Model
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.fields import ParameterError, parameters
 from grainlaw.protocol import LoadingProtocol
+from grainlaw.results.archive import GRAINS
 from grainlaw.results.files import warn, without_nan
 from grainlaw.results.tables import write_json
 from grainlaw.runs.claim import RUN
@@ -107,7 +108,7 @@ def _short(value: Any) -> Any:
 def grains_hash(grains: Tessellation) -> str:
     """Hash of the polygons, their phases and bodies."""
     hasher = hashlib.sha256()
-    for name in ("vertices", "corners", "first", "phase", "body", "loose", "parent"):
+    for name in GRAINS:
         array = np.ascontiguousarray(getattr(grains, name))
         hasher.update(f"{name} {array.dtype.str} {array.shape}".encode())
         hasher.update(array.tobytes())
