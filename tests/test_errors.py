@@ -70,7 +70,7 @@ REFUSED = {
     "threads": (lambda: run(threads=0), "threads = 0 is not allowed, it must be a whole number from 1"),
     "step factor": (lambda: run(time_step_factor=math.nan), "time_step_factor = nan .* from 1e-06 to 1"),
     "mass scaling": (lambda: run(mass_scaling=0.5), "mass_scaling = 0.5 is not allowed, it must be from 1"),
-    "frames": (lambda: run(frames=0), "count = 0 is not allowed, it must be a whole number, at least 1"),
+    "frames": (lambda: run(frames=0), "simulate: frames = 0 is not allowed, it must be a whole number, at least 1"),
     "no laws": (lambda: gl.compare(small_sample(5), {}, PRESS), "compare: laws is empty"),
     "list of laws": (
         lambda: gl.compare(small_sample(5), [LINEAR], PRESS),

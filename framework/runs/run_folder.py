@@ -15,7 +15,7 @@ import numpy as np
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError
 from grainlaw.observation import Observer
-from grainlaw.results.files import check_room, warn, write_atomically
+from grainlaw.results.files import check_room, warn, write_atomically, write_text
 from grainlaw.results.frames import Frame, packed, unpacked
 from grainlaw.results.tables import as_csv, breaks, lines, write_json
 from grainlaw.runs import checkpoint
@@ -41,7 +41,7 @@ class _Table:
         self.again = time.monotonic() + AGAIN  # until it has gone well
         if self._stream is None or tuple(table) != self.columns:
             self.close()
-            write_atomically(self.file, lambda path: path.write_text(as_csv(table), encoding="utf-8"))
+            write_text(self.file, as_csv(table))
             self._stream = self.file.open("ab", buffering=0)
         else:
             self._append(lines(values[self.rows :] for values in table.values()).encode())

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import os
 from pathlib import Path
@@ -11,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from grainlaw.fields import ParameterError
 from grainlaw.quantity import Quantity, aligned
-from grainlaw.results.files import write_atomically
-from grainlaw.results.tables import data_frame, latex, latex_heading, latex_table, plain
+from grainlaw.results.files import write_atomically, write_text
+from grainlaw.results.tables import csv_text, data_frame, latex, latex_heading, latex_table, plain
 from grainlaw.short_form import html_table
 from grainlaw.studies.statistics import label, level
 
@@ -103,11 +101,8 @@ def to_xarray(table: Table) -> xarray.Dataset:
 
 def write_csv(table: Table, file: str | os.PathLike[str]) -> None:
     """Write the rows, numbers with all their digits. Raises OSError."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(map(plain, table.columns))
-    writer.writerows([_cell(table.value(row, name)) for name in table.columns] for row in table.rows)
-    write_atomically(Path(file), lambda path: path.write_text(text.getvalue(), encoding="utf-8"))
+    rows = ([_cell(table.value(row, name)) for name in table.columns] for row in table.rows)
+    write_text(Path(file), csv_text([map(plain, table.columns), *rows]))
 
 
 def write_parquet(table: Table, file: str | os.PathLike[str]) -> None:
