@@ -680,11 +680,14 @@ class HeatBoundary(HeatLoad):
 
     def check_specimen(self, specimen: Specimen) -> None:
         check_boundary(self, specimen)
-        if isinstance(self, (FixedTemperature, Convection)):
-            self._check_temperatures(specimen)
 
-    def _check_temperatures(self, specimen: Specimen) -> None:
-        """Raise :class:`ParameterError` for a temperature that a material does not know; functions say it later."""
+
+class TemperatureBoundary(HeatBoundary):
+    """One that is given a temperature, of the rock or of what is beside it."""
+
+    def check_specimen(self, specimen: Specimen) -> None:
+        """Also refuse a temperature that a material does not know; functions say it later."""
+        super().check_specimen(specimen)
         level = self.level
         known = level.values.tolist() if isinstance(level, TimeSeries) else [] if callable(level) else [level]
         for temperature in [*known, *([self.start] if self.ramp else [])]:
@@ -692,7 +695,7 @@ class HeatBoundary(HeatLoad):
 
 
 @attrs.frozen(kw_only=True)
-class FixedTemperature(HeatBoundary):
+class FixedTemperature(TemperatureBoundary):
     """A boundary that is kept at a temperature. Where two meet the later of them counts."""
 
     boundary: str  #: name of the boundary
@@ -712,7 +715,7 @@ class HeatFlux(HeatBoundary):
 
 
 @attrs.frozen(kw_only=True)
-class Convection(HeatBoundary):
+class Convection(TemperatureBoundary):
     """A fluid beyond a boundary, such as air or water, that takes heat in proportion to the difference (Newton)."""
 
     boundary: str  #: name of the boundary
