@@ -297,6 +297,7 @@ def test_a_rock_that_does_not_exist_is_refused():
         gl.rocks["none.toml"]
 
 
+@pytest.mark.thorough
 def test_a_run_prints_and_writes_what_to_cite(own, tmp_path):
     out = tmp_path / "out"
     arguments = ["test", UCS, "--rock", own, "--grains", "8", "--set", "test.maximum_strain=1e-5", "--out", str(out)]
@@ -308,6 +309,7 @@ def test_a_run_prints_and_writes_what_to_cite(own, tmp_path):
     assert 'cite = ["Me 2026"]' in (out / "config.toml").read_text("utf-8")
 
 
+@pytest.mark.thorough
 def test_a_comparison_and_a_study_print_what_to_cite_once(own, tmp_path):
     """A study of two rocks prints the works of both."""
     few = ["--grains", "8", "--seeds", "1,2", "--laws", "linear", "--max-strain", "1e-5"]

@@ -352,6 +352,7 @@ def test_a_sample_is_crushed_alike_to_the_last_digit_with_a_search_after_every_s
     agree(seldom, crushed())
 
 
+@pytest.mark.thorough
 def test_a_sample_is_crushed_alike_to_the_last_digit_with_a_whole_search_where_bonds_break(monkeypatch):
     beside, searched = [], []
     original = contact_neighbours.Neighbours.find_beside

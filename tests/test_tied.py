@@ -150,6 +150,7 @@ def test_a_result_keeps_what_is_tied_and_another_key(tmp_path):
     assert len(keys) == 2
 
 
+@pytest.mark.thorough
 def test_a_file_says_what_is_tied(tmp_path):
     given = ["--quick", "--grains", 20, "--set", "test.maximum_strain=0.0002", "--out", tmp_path / "out"]
     done = invoke("test", "uniaxial-compression", *given, "--set", 'sample.tied=["between"]')
@@ -199,6 +200,7 @@ def slotted(**how):
     return gl.Specimen(attrs.evolve(cells, joints={"slot": pairs[on.all(axis=1)]}), ROCK, tied=..., **how)
 
 
+@pytest.mark.thorough
 def test_a_slit_opens_freely_and_bears_when_its_faces_meet():
     stiff = Linear(kn=2e15, ks=1e15)
 
