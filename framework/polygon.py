@@ -24,6 +24,7 @@ def areas_and_centroids(points: np.ndarray, first: np.ndarray) -> tuple[np.ndarr
 
 
 LONG = 8.0  #: times the median length of sides
+FEW = 64  #: sides of which all pairs are looked at sooner than those that are near are found
 
 
 def ring_area(ring: np.ndarray) -> float:
@@ -60,7 +61,12 @@ def crossing_sides(start: np.ndarray, end: np.ndarray, after: np.ndarray) -> tup
 
 
 def near_sides(start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """(2, n) pairs of sides, the smaller number first, whose circles overlap: all that can meet are among them."""
+    """(2, n) pairs of sides, the smaller number first, of few sides all, else those whose circles overlap.
+
+    All that can meet are among them.
+    """
+    if len(start) <= FEW:
+        return np.array(np.triu_indices(len(start), 1))
     middle, half = (start + end) / 2, np.hypot(*(end - start).T) / 2
     is_long = half > LONG * np.median(half)  # few, so they are compared with all
     short, long = np.flatnonzero(~is_long), np.flatnonzero(is_long)

@@ -96,10 +96,10 @@ class PlaneWave(LoadingProtocol):
         if specimen.is_rigid:
             raise ParameterError("PlaneWave: grains that are Rigid carry no waves, it needs another material")
         low, high = specimen.grains.region.bounds[:, 0].tolist()
-        for place in self._gauges(specimen):
+        for place, near in zip(self._gauges(specimen), self._zones(specimen), strict=True):
             if not low <= place <= high:
                 raise ParameterError(f"PlaneWave: gauges = {place:g} m is not in the specimen, {low:g} to {high:g} m")
-            if not _near(specimen, place).any():
+            if not near.any():
                 raise ParameterError(f"PlaneWave: gauges = {place:g} m has no zone whose middle is within a grain size")
         drives, tractions = [], []
         if self.wave is not Wave.BAR:
@@ -123,13 +123,17 @@ class PlaneWave(LoadingProtocol):
         low, high = specimen.grains.region.bounds[:, 0].tolist()
         return 0.75 * low + 0.25 * high, 0.25 * low + 0.75 * high
 
+    def _zones(self, specimen: Specimen) -> np.ndarray:
+        """(k, z) whether a gauge reads a zone: its middle is within a grain size of the gauge along x."""
+        middle = specimen.mesh.nodes[specimen.mesh.zones, 0].mean(axis=1)
+        return np.abs(middle - np.reshape(self._gauges(specimen), (-1, 1))) <= specimen.grains.grain_size
+
     def measure(self, state: State) -> dict[str, float]:
         """``stress_k`` (Pa) and ``velocity_k`` (m/s) of each gauge k, from 0."""
         mesh, row = state.mesh, {}
         stress = state.zone_state()[0][:, 2 * self._axis]
         velocity = state.velocity[mesh.zones, self._axis].mean(axis=1)
-        for k, place in enumerate(self._gauges(state.specimen)):
-            near = _near(state.specimen, place)
+        for k, near in enumerate(self._zones(state.specimen)):
             weights = mesh.zone_areas[near]
             row[f"stress_{k}"] = float(np.average(stress[near], weights=weights))
             row[f"velocity_{k}"] = float(np.average(velocity[near], weights=weights))
@@ -146,9 +150,3 @@ class PlaneWave(LoadingProtocol):
                 f"peak_velocity_{k}": float(velocity[np.argmax(np.abs(velocity))]),
             }  # fmt: skip
         return found
-
-
-def _near(specimen: Specimen, place: float) -> np.ndarray:
-    """(z,) which zones have their middle within a grain size of a place along x (m)."""
-    middle = specimen.mesh.nodes[specimen.mesh.zones, 0].mean(axis=1)
-    return np.asarray(np.abs(middle - place) <= specimen.grains.grain_size)

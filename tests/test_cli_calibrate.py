@@ -20,7 +20,8 @@ from grainlaw.calibration.targets import Target
 from grainlaw.cli.calibrate import _pair, _tie, _write, calibration_of, targets_of
 from grainlaw.cli.components import own, settings
 from grainlaw.cli.configuration import configured
-from grainlaw.cli.sections import read_file
+from grainlaw.cli.material import EXAMPLES
+from grainlaw.cli.sections import read_file, toml
 from grainlaw.fields import ParameterError
 from grainlaw.runs.progress_file import of_process
 from grainlaw.runs.stopping import Stopped
@@ -283,24 +284,25 @@ def test_what_is_stopped_among_its_tests_has_no_answer(tmp_path, monkeypatch):
     assert "go on with the same command" in done.output
 
 
+def found(*, law, rock=lambda rock: rock, typical=(1, "")):
+    """An answer that writes nothing of its own."""
+    return SimpleNamespace(
+        law=law, rock=rock, write=lambda folder: None, is_plausible=True, tried=(13, 14), typical=lambda shape: typical
+    )
+
+
 def test_the_rock_that_was_found_is_a_file_that_runs(tmp_path):
     asked = calibration_of(written(tmp_path))
     law = attrs.evolve(asked.given["law"], tensile_strength=7 * MPa, cohesion=21 * MPa)
     stiff = gl.Elastic(youngs_modulus=50 * GPa, poissons_ratio=0.2, density=2700)
-    answer = SimpleNamespace(
-        law=law,
-        rock=lambda rock: attrs.evolve(rock, material=stiff),
-        write=lambda folder: None,
-        is_plausible=True,
-        tried=(13, 14),
-        typical=lambda shape: (13, "seed 13: UCS 85 MPa"),
-    )
+    answer = found(law=law, rock=lambda rock: attrs.evolve(rock, material=stiff), typical=(13, "seed 13: UCS 85 MPa"))
     _write(answer, asked, tmp_path)
     assert "\n# seed 13: UCS 85 MPa\n" in (tmp_path / "calibrated.toml").read_text()
     made = configured("uniaxial-tension", read_file(tmp_path / "calibrated.toml"))
     assert made.law == law
     assert made.specimen.material == stiff
     assert made.specimen.grains.count == 20
+    assert not (tmp_path / "calibrated-disc.toml").exists()
 
 
 def test_the_minerals_and_the_class_that_were_calibrated_are_in_its_file(tmp_path):
@@ -309,37 +311,14 @@ def test_the_minerals_and_the_class_that_were_calibrated_are_in_its_file(tmp_pat
         "import grainlaw as gl\n\n\nclass Rock(gl.Elastic):\n    pass\n\n\n"
         "hard = Rock(youngs_modulus=80e9, poissons_ratio=0.1, density=2600)\n"
     )
-    text = FILE.replace(
-        "[law]",
-        """minerals = {quartz = 0.6, mica = 0.3, old = 0.1}
-
-[rock]
-type = "mine.py:hard"
-youngs_modulus = "90 GPa"
-
-[rocks.mica]
-type = "transversely-isotropic"
-youngs_modulus = "60 GPa"
-youngs_modulus_across = "30 GPa"
-poissons_ratio = 0.2
-poissons_ratio_across = 0.15
-shear_modulus_across = "14 GPa"
-density = "2750 kg/m3"
-foliation_angle = 30
-
-[rocks.old]
-youngs_modulus = "45 GPa"
-
-[law]""",
-    )
+    rocks = {"mica": settings(EXAMPLES["transversely-isotropic"]), "old": {"youngs_modulus": "45 GPa"}}
+    rock = {"type": "mine.py:hard", "youngs_modulus": "90 GPa"}
+    minerals = "minerals = {quartz = 0.6, mica = 0.3, old = 0.1}\n\n"
+    text = FILE.replace("[law]", f"{minerals}{toml({'rock': rock, 'rocks': rocks})}\n[law]")
     asked = calibration_of(written(tmp_path, text))
-    answer = SimpleNamespace(
-        law=asked.given["law"], rock=lambda rock: rock, write=lambda folder: None, is_plausible=True, tried=(13, 14),
-        typical=lambda shape: (1, "seed 1"),
-    )  # fmt: skip
     folder = tmp_path / "answer"
     folder.mkdir()
-    _write(answer, asked, folder)
+    _write(found(law=asked.given["law"]), asked, folder)
     known = asked.specimens["prism"](1).material
     (tmp_path / "mine.py").unlink()
     made = configured("uniaxial-tension", read_file(folder / "calibrated.toml"))
@@ -350,17 +329,12 @@ youngs_modulus = "45 GPa"
     assert [type(made.specimen.material[name]).__name__ for name in ("mica", "old")] == [
         "TransverselyIsotropic", "Rock",
     ]  # fmt: skip
-    assert not (tmp_path / "calibrated-disc.toml").exists()
 
 
 def test_the_disc_of_a_calibration_is_in_a_file_of_its_own(tmp_path):
     disc = '\n[disc]\ndiameter = "33 mm"\ngrain_size = "4 mm"\n'
     asked = calibration_of(written(tmp_path, f"{FILE}also = ['brazilian_strength']\n{disc}"))
-    answer = SimpleNamespace(
-        law=asked.given["law"], rock=lambda rock: rock, write=lambda folder: None, is_plausible=True, tried=(),
-        typical=lambda shape: (1, ""),
-    )  # fmt: skip
-    _write(answer, asked, tmp_path)
+    _write(found(law=asked.given["law"]), asked, tmp_path)
     made = configured("brazilian", read_file(tmp_path / "calibrated-disc.toml"))
     assert np.ptp(made.specimen.grains.region.bounds, axis=0)[0] == pytest.approx(0.033, rel=2e-3)  # it has flat ends
 

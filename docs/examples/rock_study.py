@@ -3,7 +3,7 @@
 A factorial design: cells inside of grains, grains that yield, friction of broken contacts, open cracks, minerals. Each
 combination is pressed at 0, 10 and 40 MPa and pulled, on the same grains for each seed, with the bonds and the elastic
 grains of Lac du Bonnet granite. Prints what each ingredient changes, with intervals over the seeds; keeps all in the
-folder rock-study, and goes on where it was interrupted.
+folder rock-study, the paces in rock-study-pace, and goes on where it was interrupted.
 """
 
 import argparse

@@ -187,6 +187,13 @@ class FirstMatch:
         """Parameters of the law; those that are free or tied are of no use."""
         return _numbers(self.space.example)
 
+    @functools.cached_property
+    def _needed(self) -> set[str]:
+        """Inputs on which the targets depend, without those that are taken as at an end."""
+        asked = {"ucs", *(of for of, target in TENSILE.items() if target in self.targets)}
+        asked |= {"steepness"} if self._confinements else set()
+        return {name for each in asked for name in self.emulator.fits[each].inputs}.difference(CLIPPED)
+
     def inputs(self, points: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
         """Inputs of the emulator, not beyond its ends, and parameters of the law, for points (n, d)."""
         inputs, given = self._inputs(points)
@@ -319,10 +326,7 @@ class FirstMatch:
     def known(self, points: np.ndarray) -> np.ndarray:
         """(n,) whether the emulator knows rocks with these parameters; no input matters on which no target depends."""
         inputs, _ = self.inputs(points)
-        asked = {"ucs", *(of for of, target in TENSILE.items() if target in self.targets)}
-        asked |= {"steepness"} if self._confinements else set()
-        needed = {name for each in asked for name in self.emulator.fits[each].inputs}
-        return self.emulator.knows({name: inputs[name] for name in needed.difference(CLIPPED)})
+        return self.emulator.knows({name: inputs[name] for name in self._needed})
 
     def implausibility(self, points: np.ndarray) -> np.ndarray:
         """(n, t) of each target."""

@@ -38,7 +38,10 @@ def read_tables(file: Path) -> dict[str, Any]:
 
 
 def checked_sections(sections: Sections, file: Path, known: Sequence[str] = SECTIONS, of: str = "") -> Sections:
-    """The tables of a TOML file as sections. Raises :class:`ParameterError` for what is no section (``of`` what)."""
+    """The tables of a TOML file as sections. Raises :class:`ParameterError` for what is no section.
+
+    ``of`` says what has the ``known`` ones, as " in a calibration".
+    """
     for name, section in sections.items():
         check_section(name, file, known, of)
         if not isinstance(section, dict):

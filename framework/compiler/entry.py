@@ -47,7 +47,7 @@ class Kernel:
         with self._lock:
             if self._code is None:
                 self._form = form
-                key = _key(self._function, *map(form_in_words, form))
+                key = _key(self._function, *map(named_form, form))
                 kinds = tuple(each.kind if isinstance(each, Table) else nb.int64 for each in arguments)
                 self._code = stored(key, kinds, self._what) or compile_for(
                     keyed_njit(self._function, key, by_address=True, counted=False), kinds
@@ -64,7 +64,7 @@ def _key(function: Any, *forms: Any) -> str:
     return fingerprint(function, extra=("entry", 4, repr(OPTIONS), forms))
 
 
-def form_in_words(form: Any) -> Any:
+def named_form(form: Any) -> Any:
     """The form of a table with the names of what it holds: code finds it by its place, of which types say nothing."""
     kind, *inner = form if isinstance(form, tuple) else (form,)
-    return getattr(kind, "__name__", str(kind)), *getattr(kind, "_fields", ()), *map(form_in_words, inner)
+    return getattr(kind, "__name__", str(kind)), *getattr(kind, "_fields", ()), *map(named_form, inner)

@@ -19,7 +19,7 @@ import numpy as np
 from grainlaw.arguments import Checked
 from grainlaw.compiler.batch import CompilationError, Compiled
 from grainlaw.compiler.cache import code_kept, is_portable, keep_code
-from grainlaw.compiler.entry import form_in_words
+from grainlaw.compiler.entry import named_form
 from grainlaw.compiler.fingerprint import fingerprint
 from grainlaw.compiler.numba_private import python_function
 from grainlaw.compiler.retarget import Retarget
@@ -386,7 +386,7 @@ class Gpu(metaclass=Checked):
         from grainlaw.compiler import cuda_private as private
 
         tables = step.tables_of(TEAM, request.state.on_device.shared, request.chunk)
-        forms = [form_in_words(table.form) for table in tables]
+        forms = [named_form(table.form) for table in tables]
         goes_in = (components.key, TEAM, REGISTERS, is_portable(), forms, *_sources())
         key = (
             fingerprint(step._steps, *IN_PLACE_OF_OTHERS, extra=goes_in),
