@@ -186,7 +186,7 @@ def test_a_test_that_ends_before_its_stage_that_is_judged_says_so():
     assert has_failed(none)
     assert list(doubts(none)) == list(doubts(ended))
     assert list(doubts(ended)) == ["the test ended in its stage 'pull', before its stage 'again'"]
-    assert [line.get_markevery() for line in ended.plot().axes[0].lines] == [[]]
+    assert len(ended.plot().axes[0].lines) == 1  # the curve, without a mark
     assert not any("ended in" in words for words in doubts(gl.simulate(small_sample(12), BRITTLE, Twice(ends=True))))
     assert not any("ended in" in words for words in doubts(gl.simulate(small_sample(12), BRITTLE, judging())))
 
@@ -280,10 +280,11 @@ def test_a_picture_marks_the_strength_of_the_stage_that_the_test_judges():
         assert judged["strength"] == strength
         drawn = attrs.evolve(result, curves=made, summary=judged)
         for axes in (drawn.plot().axes[0], gl.plot_curves(drawn).axes[0]):
-            marks = [line for line in axes.lines if line.get_marker() not in ("None", "", None)]
-            full = [line for line in marks if line.get_fillstyle() == "full"]
-            at = [line.get_ydata()[line.get_markevery() or [0]] for line in full]
-            assert np.concatenate(at) == pytest.approx([strength / 1e6])
+            marks = [line for line in axes.lines if line.get_linestyle() == "None"]
+            full = [line.get_ydata() for line in marks if line.get_fillstyle() == "full"]
+            assert np.concatenate(full) == pytest.approx([strength / 1e6])
+        whole = attrs.evolve(drawn, curves=made | {"damaged": np.zeros(40)})  # it was only unloaded
+        assert [len(each.axes[0].lines) for each in (whole.plot(), gl.plot_curves(whole))] == [1, 1]
     both = gl.plot_curves({"one": attrs.evolve(result, curves=made), "other": attrs.evolve(result, curves=made)}).axes[
         0
     ]

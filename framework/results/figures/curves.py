@@ -61,13 +61,9 @@ def draw_curves(axes: Axes, results: Mapping[str, Result]) -> None:
     column = panel.columns[0]
     for k, (name, result) in enumerate(results.items()):
         x, y = map(result.shown, panel.names)
-        found = _failure(result, column, panel.over)
-        failed = found is not None and found.failed
         look: dict[str, Any] = {"color": color(k), "marker": marker(k), "markersize": 6}
-        at = [found.at] if found and failed else []
-        axes.plot(x, y, label=name, linewidth=1.6, linestyle=style(k), markevery=at, **look)
-        if found and failed and y[found.largest] > y[found.at]:
-            axes.plot(x[found.largest], y[found.largest], linestyle="none", fillstyle="none", **look)
+        axes.plot(x, y, label=name, linewidth=1.6, linestyle=style(k), markevery=[], **look)
+        _mark_strength(axes, panel.over, column, result, is_named=False, **look)
     label_panel(axes, panel, result)
     axes.legend(frameon=False)
 
@@ -213,7 +209,7 @@ def plot_curves(
     for k, (name, result) in enumerate(results.items()):
         look: dict[str, Any] = {"color": color(k), "linestyle": style(k)}
         axes.plot(result.shown(across), result.shown(up), label=name, linewidth=1.5, **look)
-        _mark_strength(axes, across, up, result, look["color"])
+        _mark_strength(axes, across, up, result, color=look["color"])
     for k, (name, curve) in enumerate(beside.items()):  # in the units of ours
         x_shown, y_shown = (curve.curves[column] * result.quantity(column).factor for column in (across, up))
         axes.plot(x_shown, y_shown, label=name, linewidth=1.0, color=BLACK, linestyle=style(k))
@@ -305,7 +301,7 @@ def _draw(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> None:
                 look = {"color": color(k), "marker": marker(k), "markevery": EVERY, "markersize": 4}
             x, y = map(result.shown, (panel.over, column))
             axes.plot(x, y, linestyle=style(j), linewidth=1.3, label=label or None, **look)
-            _mark_strength(axes, panel.over, column, result, look["color"])
+            _mark_strength(axes, panel.over, column, result, color=look["color"])
     label_panel(axes, panel, result)
     axes.xaxis.set_major_locator(MaxNLocator(5))
     if set(panel.columns) <= set(OF_MODE):
@@ -331,16 +327,20 @@ def _failure(result: Result, column: str, over: str) -> Borne | None:
     return attrs.evolve(found, failed=True, at=int(own[0]))
 
 
-def _mark_strength(axes: Axes, over: str, column: str, result: Result, paint: Any) -> None:
-    """A full mark at the first failure, an open one at a largest load above it."""
+def _mark_strength(
+    axes: Axes, over: str, column: str, result: Result, *, is_named: bool = True, marker: str = "o", **look: Any
+) -> None:
+    """A full mark at the first failure, an open one at a largest load above it; with their names for the legend."""
     found = _failure(result, column, over)
     if found is None or not found.failed or is_whole(result):
         return
     named = {line.get_label() for line in axes.lines}
-    for at, filling, words in ((found.at, "full", "strength"), (found.largest, "none", "largest load")):
+    marks = [(found.at, "full", "strength"), (found.largest, "none", "largest load")]
+    look = {"markersize": 6, "linestyle": "none", **look}
+    for at, filling, words in marks[: 1 + (found.largest != found.at)]:
         x, y = (result.shown(name)[at] for name in (over, column))
-        label = None if words in named or (at == found.at and filling == "none") else words
-        axes.plot(x, y, "o", color=paint, fillstyle=filling, markersize=6, label=label)
+        label = words if is_named and words not in named else None
+        axes.plot(x, y, marker=marker, fillstyle=filling, label=label, **look)
 
 
 def _fit_before_peak(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> bool:
