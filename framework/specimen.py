@@ -255,3 +255,21 @@ class Specimen(metaclass=Checked):
     def node_masses(self) -> np.ndarray:
         """(i,) kg per metre of thickness: a third of each zone to each of its nodes."""
         return np.bincount(self.mesh.zones.ravel(), np.repeat(self.zone_masses / 3, 3), len(self.mesh.nodes))
+
+    @functools.cached_property
+    def grain_masses(self) -> np.ndarray:
+        """(g,) kg per metre of thickness."""
+        return np.bincount(self.mesh.node_grain, self.node_masses, self.grains.count)
+
+    def grain_means(self, of_nodes: np.ndarray) -> np.ndarray:
+        """(g, k) over each grain the means of what nodes (i, k) have, by their masses: of places its centre of mass."""
+        of, mass, count = self.mesh.node_grain, self.node_masses, self.grains.count
+        sums = [np.bincount(of, mass * values, count) for values in of_nodes.T]
+        return np.column_stack(sums) / self.grain_masses[:, None]
+
+    def grain_rotations(self, positions: np.ndarray) -> np.ndarray:
+        """(g,) rad, counter-clockwise: the turn of each grain that fits the positions (i, 2) m of its nodes best."""
+        of, mass, count = self.mesh.node_grain, self.node_masses, self.grains.count
+        (x, y), (p, q) = ((each - self.grain_means(each)[of]).T for each in (self.mesh.nodes, positions))
+        sine, cosine = (np.bincount(of, mass * values, count) for values in (x * q - y * p, x * p + y * q))
+        return np.arctan2(sine, cosine)

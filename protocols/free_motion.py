@@ -129,10 +129,5 @@ class FreeMotion(LoadingProtocol):
     def _centre(self, specimen: Specimen, places: np.ndarray) -> np.ndarray:
         """(2,) m, centre of mass of the free grains, whose places (g, 2) m are given; nan without one."""
         free = self._free(specimen)
-        mass = grain_masses(specimen)[free]
+        mass = specimen.grain_masses[free]
         return mass @ places[free] / mass.sum() if len(free) else np.full(2, np.nan)
-
-
-def grain_masses(specimen: Specimen) -> np.ndarray:
-    """(g,) kg per metre of thickness."""
-    return np.bincount(specimen.mesh.node_grain, specimen.node_masses, specimen.grains.count)

@@ -115,23 +115,6 @@ def principal(stress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return middle + radius, middle - radius
 
 
-def turned(specimen: Specimen, displacement: np.ndarray) -> np.ndarray:
-    """(g,) rad, counter-clockwise: the turn of each grain that fits the displacements (i, 2) m of its nodes best."""
-    mesh, mass = specimen.mesh, specimen.node_masses
-
-    def sums(values: np.ndarray) -> np.ndarray:
-        return np.bincount(mesh.node_grain, mass * values, minlength=specimen.grains.count)
-
-    whole = sums(np.ones(len(mass)))
-
-    def centred(points: np.ndarray) -> np.ndarray:
-        means = [sums(row) / whole for row in points.T]
-        return (points - np.column_stack(means)[mesh.node_grain]).T
-
-    (x, y), (u, v) = centred(mesh.nodes), centred(mesh.nodes + displacement)
-    return np.arctan2(sums(x * v - y * u), sums(x * u + y * v))
-
-
 class VtkSeries:
     """A folder that grows by .vtu files with each frame; the .pvd files list complete files only.
 
@@ -183,7 +166,7 @@ class VtkSeries:
         of = mesh.zone_grain
         of_grains = dict(zip(("stress_1", "stress_2"), principal(frame.stress), strict=True))
         of_grains["stress"] = tensors(self.specimen, frame.stress)
-        of_grains["rotation"] = turned(self.specimen, frame.displacement)
+        of_grains["rotation"] = self.specimen.grain_rotations(self.specimen.mesh.nodes + frame.displacement)
         own = dict(frame.zones)
         if "stress" in own:
             own["zone_stress"] = tensors(self.specimen, own.pop("stress"), of)

@@ -57,25 +57,11 @@ class DeformableGrains(Grains):
         return freedoms.arrays.velocity.T
 
     def centres(self, freedoms: Freedoms, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        of, mass, count = self.specimen.mesh.node_grain, self.specimen.node_masses, self.specimen.grains.count
-        total = np.bincount(of, mass, count)
-        centre, velocity = (
-            np.stack([np.bincount(of, mass * x, count) for x in field.T], axis=1) / total[:, None]
-            for field in (positions, self.node_velocity(freedoms, positions))
-        )
-        return centre, velocity
+        means = self.specimen.grain_means
+        return means(positions), means(self.node_velocity(freedoms, positions))
 
     def rotations(self, freedoms: Freedoms, positions: np.ndarray) -> np.ndarray:
-        """The rigid rotations that fit the displacements of the nodes best, weighted by mass."""
-        mesh, mass = self.specimen.mesh, self.specimen.node_masses
-        of, count = mesh.node_grain, self.specimen.grains.count
-
-        def total(values: np.ndarray) -> np.ndarray:
-            return np.bincount(of, mass * values, count)
-
-        whole = total(np.ones(len(mass)))
-        (x, y), (p, q) = ((one - (total(one) / whole)[of] for one in each.T) for each in (mesh.nodes, positions))
-        return np.arctan2(total(x * q - y * p), total(x * p + y * q))
+        return self.specimen.grain_rotations(positions)
 
     def field(self, velocity: np.ndarray, freedoms: Freedoms, positions: np.ndarray) -> np.ndarray:
         """The mean of the nodes of each point."""

@@ -41,7 +41,7 @@ class RigidGrains(Grains):
         return rigid_map(self.specimen)
 
     def true_mass(self) -> np.ndarray:
-        return np.bincount(self.specimen.mesh.node_grain, self.specimen.node_masses)
+        return self.specimen.grain_masses
 
     def mass_behind(self, edges: np.ndarray) -> np.ndarray:
         return self.true_mass()[self.specimen.mesh.node_grain[edges[:, 0]]]

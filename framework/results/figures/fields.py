@@ -19,7 +19,7 @@ from grainlaw.quantity import Quantity
 from grainlaw.results.figures.cracks import count_below, draw_deformed, how_far, round_below, unit_of
 from grainlaw.results.frames import Frame
 from grainlaw.results.result import Result
-from grainlaw.results.vtk import principal, turned
+from grainlaw.results.vtk import principal
 
 MANY = 1e-3  #: m, from which displacements are shown in mm
 MOST_ARROWS = 24  #: along the longer side of a specimen
@@ -113,7 +113,7 @@ def _part(field: str, vector: np.ndarray) -> np.ndarray:
 def _of_grains(result: Result, field: str, displacement: np.ndarray, stress: np.ndarray) -> np.ndarray:
     """(z,) what is of grains, at their zones."""
     if field == "rotation":
-        values = turned(result.specimen, displacement)
+        values = result.specimen.grain_rotations(result.mesh.nodes + displacement)
     else:
         values = dict(zip(STRESSES, (*principal(stress), *stress.T), strict=True))[field]
     return values[result.mesh.zone_grain]
@@ -165,16 +165,10 @@ def _chosen(place: np.ndarray) -> tuple[np.ndarray, float]:
     return np.unique(np.floor(place / spacing).astype(int), axis=0, return_index=True)[1], spacing
 
 
-def _means(result: Result, of_nodes: np.ndarray) -> np.ndarray:
-    """(g, 2) means over the nodes of each grain, by their masses."""
-    grain, mass = result.mesh.node_grain, result.specimen.node_masses
-    sums = [np.bincount(grain, mass * row) for row in of_nodes.T]
-    return np.column_stack(sums) / np.bincount(grain, mass)[:, None]
-
-
 def _arrows(axes: Axes, result: Result, moment: Frame, unit: LengthUnit, moving: np.ndarray, look: Quantity) -> None:
     """Means of the grains as arrows, the longest as long as they are apart."""
-    place, moved = (_means(result, each) for each in ((result.mesh.nodes + moment.displacement) * unit.factor, moving))
+    places = (result.mesh.nodes + moment.displacement) * unit.factor
+    place, moved = map(result.specimen.grain_means, (places, moving))
     at, spacing = _chosen(place)
     sizes = np.hypot(*moved[at].T)
     most = float(sizes.max(initial=0.0)) or 1.0
@@ -195,7 +189,7 @@ def _arrows(axes: Axes, result: Result, moment: Frame, unit: LengthUnit, moving:
 
 def _crosses(axes: Axes, result: Result, moment: Frame, unit: LengthUnit, stress: np.ndarray) -> None:
     """Both principal stresses of grains as lines along their directions, the longest as long as they are apart."""
-    place = _means(result, (result.mesh.nodes + moment.displacement) * unit.factor)
+    place = result.specimen.grain_means((result.mesh.nodes + moment.displacement) * unit.factor)
     at, spacing = _chosen(place)
     angle = np.arctan2(2 * stress[at, 2], stress[at, 0] - stress[at, 1]) / 2  # of the larger one
     both = [values[at] for values in principal(stress)]
