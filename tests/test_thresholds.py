@@ -152,6 +152,17 @@ def test_the_path_begins_with_the_stage_that_reaches_half_of_the_peak(change, fi
     assert peak_of(SimpleNamespace(path=confined)) == pytest.approx(107 * MPA)
 
 
+def test_a_stage_that_unloads_may_begin_with_the_highest_load():
+    """Strains have turned there: that is no reversal of the volume."""
+    load = np.concatenate([np.linspace(0.0, 100e6, 51), [101e6, 60e6, 20e6]])
+    columns = curves_of(load, 0.25 * load / E, stage=np.repeat([0, 1], [51, 3]))
+    for name, still in (("strain", 1.001), ("lateral_strain", 0.99), ("volumetric_strain", 0.99)):
+        columns[name][51] = still * columns[name][50]
+    path = path_to_peak(columns)
+    assert path.load[-1] == 100e6
+    assert "all the way to the peak" in crack_damage(path).why
+
+
 def test_drops_before_the_peak_and_what_follows_it_do_not_count():
     load = np.concatenate([LOAD[:150], LOAD[100:150], LOAD[150:], LOAD[::-1]])
     lateral = lateral_of(load)

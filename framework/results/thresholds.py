@@ -10,7 +10,7 @@ import numpy as np
 from grainlaw.columns import DEVIATOR, LATERAL_STRAIN, STAGE, STRAIN, STRESS, TIME, VOLUMETRIC_STRAIN
 from grainlaw.fields import ParameterError
 from grainlaw.moduli import slope
-from grainlaw.strength import borne_in
+from grainlaw.strength import FALL, borne_in
 
 NAN = float("nan")
 NOT_COMPRESSED = "the specimen has not become shorter"
@@ -20,7 +20,9 @@ TWOFOLD = 2  #: axial strains of two columns that differ by more than this are n
 
 @attrs.frozen(eq=False)
 class Path:
-    """The path to the peak: samples with a higher load than all before them, in the stage that leads to the peak.
+    """The path to the peak: samples with a higher load than all before them, from the stage that leads to the peak on.
+
+    Not those of a stage that unloads: loads are means since the last sample, and so it may begin with the highest one.
 
     Strains count extension positive, from the start of that stage; nan where a test does not record them. The axial
     one is the volumetric less the lateral one or, where a test records no volumetric strain, ``strain`` with the sign
@@ -77,8 +79,9 @@ def path_to_peak(curves: Mapping[str, np.ndarray], *, laterals: int = 1, tension
     stage = curves[STAGE]
     first = int(np.argmax(stage == stage[np.argmax(load >= 0.5 * load[peak])]))
     highest = np.maximum.accumulate(load[first : peak + 1])
-    chosen = first + np.flatnonzero(np.r_[True, highest[1:] > highest[:-1]])
     none = np.full(len(load), NAN)
+    unloads = _unloads(load[first:], curves.get(STRAIN, none)[first:], stage[first:])
+    chosen = first + np.flatnonzero(np.r_[True, highest[1:] > highest[:-1]] & ~unloads[: len(highest)])
     lateral, area, strain = (
         curves.get(name, none)[chosen] - curves.get(name, none)[first]
         for name in (LATERAL_STRAIN, VOLUMETRIC_STRAIN, STRAIN)
@@ -89,6 +92,16 @@ def path_to_peak(curves: Mapping[str, np.ndarray], *, laterals: int = 1, tension
         load=load[chosen], axial=axial, lateral=lateral, strain=strain, confinement=float(stress[peak] - load[peak]),
         laterals=laterals,
     )  # fmt: skip
+
+
+def _unloads(load: np.ndarray, strain: np.ndarray, stage: np.ndarray) -> np.ndarray:
+    """(t,) whether a sample is of a stage in which the load has not grown, and falls with the strain."""
+    way, found = np.abs(strain - strain[0]), []
+    for part in np.split(np.arange(len(stage)), np.flatnonzero(np.diff(stage)) + 1):
+        top = part[np.argmax(load[part])]
+        falls = load[part[0]] > (1 - FALL) * load[top] and way[part[-1]] < way[top]
+        found.append(np.full(len(part), falls))
+    return np.concatenate(found)
 
 
 def strains_disagree(curves: Mapping[str, np.ndarray]) -> bool:
