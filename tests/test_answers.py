@@ -74,6 +74,7 @@ def test_a_fault_is_an_error_of_the_document(monkeypatch):
     assert "a fault of grainlaw (RuntimeError" in asked("cache", code=1)["error"]
 
 
+@pytest.mark.thorough
 def test_laws_materials_the_cache_and_elastic_properties(tmp_path):
     law = asked("law", "mohr-coulomb", "--out", tmp_path)
     assert law["tension"]["peak"] == pytest.approx(13e6, rel=1e-3)
@@ -153,6 +154,7 @@ def test_a_study_its_status_its_table_and_what_it_will_take(tmp_path):
     assert asked("watch", tmp_path / "granite")["done"] == 2
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(sys.platform == "win32", reason="pipes are those of Unix")
 def test_a_command_ends_in_silence_where_nobody_reads_on():
     """As ``grainlaw schema | head -1``."""

@@ -102,6 +102,7 @@ def test_a_gap_that_swallows_a_grain_is_refused_by_number() -> None:
         apart(bricks, -1)
 
 
+@pytest.mark.thorough
 def test_a_hundred_thousand_loose_grains_are_light() -> None:
     bonded = Bricks(rows=320, columns=320).tessellate(rectangle(1, 1))
     tracemalloc.start()

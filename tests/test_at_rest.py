@@ -60,6 +60,7 @@ def test_a_long_column_is_at_rest_where_it_is_shortened(ramp, integrator):
     assert curves["time"][-1] < ramp + 1e-3
 
 
+@pytest.mark.thorough
 def test_a_joint_is_at_rest_where_its_spring_is():
     """Stress over stiffness; by forces alone the slip was 42 % short of it."""
     ks = 1e11

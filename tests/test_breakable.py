@@ -60,6 +60,7 @@ def test_cells_tile_any_region_and_keep_the_grains(region, cells, count, seed):
     assert outline_areas(made) == pytest.approx(whole.areas, rel=1e-9)
 
 
+@pytest.mark.thorough
 @settings(max_examples=15)
 @given(cells=FILLINGS, seed=st.integers(0, 10**6))
 def test_every_cell_lies_in_its_grain(cells, seed):

@@ -209,6 +209,7 @@ def test_a_folder_that_cannot_be_written_gives_one_warning(cache, afresh):
     assert len(caught) == 1
 
 
+@pytest.mark.thorough
 def test_a_folder_that_can_only_be_read_gives_one_warning_and_is_used(afresh, monkeypatch):
     afresh()
     for name in ("mkdir", "open", "replace", "utime"):
@@ -222,6 +223,7 @@ def test_a_folder_that_can_only_be_read_gives_one_warning_and_is_used(afresh, mo
     assert afresh() == 3
 
 
+@pytest.mark.thorough
 def test_a_folder_of_another_user_is_not_used(cache, afresh, monkeypatch):
     _warn.cache_clear()
     assert afresh() == 3
@@ -259,6 +261,7 @@ def test_four_first_starts_at_once(tmp_path, cache):
     assert [file.suffix for file in kept(cache)] == [".code"]
 
 
+@pytest.mark.thorough
 def test_the_key_of_the_loop_does_not_depend_on_the_process(tmp_path, cache):
     code = "from grainlaw.engine.step import _steps\nfrom grainlaw.compiler.fingerprint import fingerprint\n"
     assert run(["-"], tmp_path, cache, code + "print(fingerprint(_steps))\n", seed="1") == [fingerprint(_steps)]

@@ -131,6 +131,7 @@ class Formulas:
         return means, np.repeat(self.errors[None], len(points), axis=0)
 
 
+@pytest.mark.thorough
 def test_what_is_known_before_counts_by_its_covariance_as_another_set_of_tests():
     """By precisions, which add up, times 1 - (d / 3)^2; the search gains it from covariances."""
     match = matched(space(), targets_at(HIDDEN, FOUR).tested)
@@ -155,6 +156,7 @@ def test_what_is_known_before_counts_by_its_covariance_as_another_set_of_tests()
     assert variance.tolist() == left[:, at, at].tolist()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("limit", [2.995, 3.005])
 def test_what_was_known_ceases_to_count_without_a_jump(limit):
     """Just within three standard errors it moves the mean by next to nothing, and beyond by nothing."""
@@ -190,6 +192,7 @@ def test_what_was_known_does_not_count_where_tests_lie_far_from_it():
             assert (with_it == without).all()
 
 
+@pytest.mark.thorough
 def test_what_is_plausible_meets_the_targets():
     targets = targets_at(HIDDEN, FOUR).tested
     left = plausible(matched(space(), targets), TRIED, 0)
@@ -400,6 +403,7 @@ def test_walkers_may_begin_at_fewer_points_than_they_are(one_strength, monkeypat
     assert np.log(few.best[0]) == pytest.approx(np.log(10 * MPa), abs=0.01)
 
 
+@pytest.mark.thorough
 def test_samples_are_made_once_for_the_same_likelihood(one_strength, tmp_path, monkeypatch):
     """Again where the target, the seed or the ranges differ, or where the file is damaged."""
     match, found = one_strength

@@ -269,6 +269,7 @@ def test_another_process_that_calibrates_in_the_folder_is_told(tmp_path, monkeyp
     assert (watched(folder).done, watched(folder).total) == (15, 15)
 
 
+@pytest.mark.thorough
 def test_what_is_stopped_among_its_tests_has_no_answer(tmp_path, monkeypatch):
     """A study that is stopped has its table as its result; of a calibration that is none."""
 
@@ -399,6 +400,7 @@ def test_minerals_are_written_without_the_word_for_their_kind():
     }  # fmt: skip
 
 
+@pytest.mark.thorough
 def test_a_first_look_runs_and_writes_nothing(tmp_path):
     file = written(tmp_path)
     said = invoke("calibrate", str(file), "--first").stdout

@@ -177,6 +177,7 @@ def test_the_table_marks_what_fails_the_certificate():
     assert line.count("FAIL") == 1
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("seeds", "words"), [("5", "1 of 2 laws failed"), ("5,6", "1 of 4 runs failed")])
 def test_how_many_failed_is_said_of_laws_or_of_runs(seeds, words, tmp_path, monkeypatch):
     from grainlaw.cli import compare

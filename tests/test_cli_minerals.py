@@ -85,6 +85,7 @@ def test_the_sections_make_the_same_again():
 CRACKS = {"type": "friction", "kn": 1e14, "ks": 1e14, "friction_angle": 30}
 
 
+@pytest.mark.thorough
 def test_a_share_of_contacts_is_cracked_by_the_seed_of_the_sample():
     chosen = made(**{"sample__cracks": "20 %", "laws__initial cracks": CRACKS})
     edges, kinds = chosen.specimen.grains.edges, chosen.specimen.grains.kinds

@@ -53,6 +53,7 @@ def test_what_is_supplied_is_spent():
     assert energy(curves, *SPENT) == pytest.approx(supplied, abs=1e-4 * supplied.max())
 
 
+@pytest.mark.thorough
 def test_compression_records_what_pictures_and_measures_look_for():
     found = gl.simulate(small_sample(12), LAW, PRESS).curves
     assert {q.name for q in BETWEEN_ENDS} - set(found) == {DEVIATOR}
@@ -65,6 +66,7 @@ def test_compression_records_what_pictures_and_measures_look_for():
     assert found["deviator"] == pytest.approx(found["stress"] - 1e6)
 
 
+@pytest.mark.thorough
 def test_pictures_show_what_a_test_of_ones_own_records(pulled, tmp_path):
     """Also one that declares nothing, and after it was written: its force over time."""
     says = ("time (s)", "force (kN/m)")

@@ -151,6 +151,7 @@ def of_disc(r, time):
     return HOT - (HOT - 20) * special.j0(np.multiply.outer(np.asarray(r) / RADIUS, roots)) @ size
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("share", [0.05, 0.2])
 def test_a_disc_warms_from_its_rim(share):
     """Of 40 grains, refined twice, 40 steps: within 1.5 % of the change."""
@@ -299,6 +300,7 @@ def test_the_step_is_that_of_a_zone_unless_it_is_given():
 # --- thermal stress ---------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_a_slab_that_is_held_along_its_faces_is_pressed_by_its_heat():
     """Plane strain and held along y: sigma_yy = -E alpha (T - 20) / (1 - nu), free across (Boley and Weiner 1960)."""
     specimen, time, last = slab(refinement=3), 0.1 * LENGTH**2 / DIFFUSIVITY, Last()
@@ -383,6 +385,7 @@ def test_the_rock_round_a_heated_hole():
 # --- what goes on beside it -------------------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_zones_that_could_conduct_are_heated_evenly_as_others_are():
     """The same curves from a temperature in each zone as from one for all."""
     protocol = Heating(to=(120, 60), samples=10, loading=gl.HeatingRate(rate=1e6))
@@ -441,6 +444,7 @@ def test_a_column_that_a_load_of_a_later_stage_records_is_waited_for():
     assert 2.0 <= gl.simulate(slab(), HARD, until, threads=1, progress=False).curves["heat_time"][-1] < 4.0
 
 
+@pytest.mark.thorough
 def test_a_report_and_paraview_have_the_temperature_of_zones(tmp_path):
     result = run(slab(), [gl.loads.Conduction(duration=20.0), SUDDEN], observers=[VtkWriter(tmp_path, count=2)])
     picture = temperatures_side_by_side({"slab": result})
@@ -457,6 +461,7 @@ def test_a_report_and_paraview_have_the_temperature_of_zones(tmp_path):
     assert "Temperature, in the last frame" not in (tmp_path / "report.html").read_text("utf-8")
 
 
+@pytest.mark.thorough
 def test_a_second_stage_goes_on_where_the_first_has_ended():
     """Insulated from then on: no more heat comes in, the field evens out, and time of heat begins again."""
     warm, even = [gl.loads.Conduction(duration=20.0), SUDDEN], [gl.loads.Conduction(duration=40.0)]

@@ -56,6 +56,7 @@ def test_an_exception_is_shown_with_what_was_found():
     assert "exception  declared: falls by a twentieth; pull, release, pull on: normal traction jumps by" in str(entry)
 
 
+@pytest.mark.thorough
 def test_the_path_is_told_in_numbers():
     report = gl.check_law(TooTough(), compiled=False)
     assert report["fracture energies"].size == pytest.approx(0.05 * 50 / 49.155, rel=0.02)

@@ -58,6 +58,7 @@ class NeverBreaks(Hyperbolic):
     fracture_energies = property(lambda self: {"mode_ii": 50.0})
 
 
+@pytest.mark.thorough
 def test_a_level_peak_hides_no_missing_energy():
     found = gl.check_law(ShortPlateau(), compiled=False)["fracture energies"]
     assert not found.passed
@@ -127,6 +128,7 @@ class Hertz(gl.ContactLaw):
         return -self.kn * closed * (closed / self.reach) ** 0.5, self.kn * slip
 
 
+@pytest.mark.thorough
 def test_a_law_without_a_first_tangent_may_say_so():
     @attrs.frozen(kw_only=True)
     class Excused(Hertz):

@@ -361,6 +361,7 @@ def tied_factor(columns, refinement):
     return one / (TENSION * np.sqrt(np.pi * 8 * mm) * edge_factor(0.4))
 
 
+@pytest.mark.thorough
 def test_a_slit_in_tied_cells_has_the_factor_of_an_edge_crack():
     """Zones of constant strain at the tip err in proportion to their size: two sizes give the limit."""
     one, two = tied_factor(20, 0), tied_factor(40, 0)

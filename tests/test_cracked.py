@@ -29,6 +29,7 @@ def cracks(tessellation, name="initial cracks"):
     return edges.length[chosen], np.degrees(np.arctan2(y, x)) % 180, phases
 
 
+@pytest.mark.thorough
 @settings(max_examples=25, deadline=None)
 @given(share=st.floats(0.01, 1), seed=st.integers(0, 99))
 def test_a_share_of_the_length_is_cracked(share, seed):

@@ -86,6 +86,7 @@ def test_a_joint_that_dilates_does_not_lift_a_block_whose_joint_does_not(damping
     assert lifts[1] < 1e-4  # it sinks in by weight over stiffness, 1e-5 m, and swings
 
 
+@pytest.mark.thorough
 def test_the_step_recovers_when_a_stiff_closure_eases():
     """Pressed to 200 MPa and let go: shorter by at least the root of the tangent's part in it, then as at the start."""
     law = attrs.evolve(DILATING["Barton-Bandis"], kn=1e13, ks=1e13, closure=BandisClosure(maximum_closure=1e-5))

@@ -209,6 +209,7 @@ def test_a_slow_start_sampled_at_every_step_is_no_instability(integrator, ramp):
     assert len(run(protocol=test).curves["time"]) > 30
 
 
+@pytest.mark.thorough
 def test_what_was_written_before_an_instability_stays_readable(tmp_path):
     with pytest.raises(gl.InstabilityError) as caught:
         run(Breaks(), specimen=small_sample(20), observers=[VtkWriter(tmp_path)])

@@ -127,6 +127,7 @@ def work(specimen, law, test):
     return expected_work(Model(specimen, law), test.stages(specimen))
 
 
+@pytest.mark.thorough
 def test_runs_are_put_in_the_order_in_which_they_take_long():
     """What is expected, over the steps of a run to the end, is about the same for very unlike samples."""
     short = UniaxialCompression(loading=gl.Constant(speed=2.0), maximum_strain=5e-4, samples=20)

@@ -121,6 +121,7 @@ def test_minerals_are_shown_under_contacts_and_where_they_meet(made):
     assert "mica 50.0 %" in [text.get_text() for text in cracks.get_legend().get_texts()]
 
 
+@pytest.mark.thorough
 def test_colours_are_even_about_zero_where_there_are_both_signs(made):
     both = gl.plot_field(made, "displacement_y", since="after").axes[0].collections[0]
     assert both.norm.vmin == -both.norm.vmax

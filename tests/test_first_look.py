@@ -263,6 +263,7 @@ def test_statics_aim_beside_the_targets_by_as_much_as_the_test_is_expected_to_di
 # --- the answer -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_a_rock_is_found_by_its_strengths():
     """Those of the emulator itself, whose inverse is one point."""
     truth = np.array([[8 * MPa, 25 * MPa, 50.0]])
@@ -294,6 +295,7 @@ def test_a_line_needs_a_confinement():
         gl.first_look(gl.Targets(cohesion=30 * MPa, tensile_strength=7 * MPa), LAW, FREE, specimen)
 
 
+@pytest.mark.thorough
 def test_what_no_parameters_can_give_is_said():
     asked = match({"ucs": 2000 * MPa}, error=0.01)
     found = looked_at(asked.space, gl.Targets(ucs=2000 * MPa), asked.specimens, None, 0, asked.emulator)

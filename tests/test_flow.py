@@ -48,6 +48,7 @@ def run(specimen, *loads, law=JOINT, time=1e-4, samples=40, rests=False, **optio
 # --- closed forms -----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_flow_between_parallel_plates():
     """Steady: the pressure falls by 12 mu q / w^3 along a closed joint, and what is pumped in leaves."""
     specimen, rate = jointed(), 1e-6
@@ -62,6 +63,7 @@ def test_flow_between_parallel_plates():
     assert result.summary["energy_error"] < 1e-9
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("stress", "aperture"), [(10e6, 15e-6), (20e6, 12.5e-6), (60e6, 10e-6)])
 def test_stress_closes_a_joint_to_its_residual_aperture(stress, aperture):
     """Joint of 4e12 Pa/m, 17.5 um without stress: less 2.5 um for each 10 MPa, at least 10 um."""
@@ -132,6 +134,7 @@ def torn(seed, share=0.6):
     return state, random
 
 
+@pytest.mark.thorough
 @settings(max_examples=10, deadline=None)
 @given(st.integers(1, 1000), st.sampled_from([1e-9, 1e-7, 1e-5]))
 def test_pressures_are_those_of_the_cubic_law_between_full_cells(seed, time_step):
@@ -260,6 +263,7 @@ def test_a_thin_crack_full_of_fluid_shortens_the_step():
     assert runs[0]["energy_error"] < 1e-6
 
 
+@pytest.mark.thorough
 def test_the_next_stage_goes_on_with_the_same_fluid():
     """Shut in, a joint that leaks keeps what it has: nothing is added, and the pressure falls as the cracks fill."""
     pump, shut = attrs.evolve(PUMP, rate=1e-5, volume=1e-8), attrs.evolve(PUMP, rate=0.0, volume=1e-8)
@@ -292,6 +296,7 @@ def test_paraview_is_told_the_pressure_of_each_point(drained):
     assert len(x) == 2 * len(result.interfaces)
 
 
+@pytest.mark.thorough
 def test_a_report_has_a_picture_of_the_pressures(drained, tmp_path):
     result, _ = drained
     figure = pressures_side_by_side({"joint": result, "again": result})

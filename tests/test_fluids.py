@@ -205,6 +205,7 @@ def test_grains_in_a_fluid_are_pressed_alike_from_all_sides():
     assert found["energy_error"] < 1e-6
 
 
+@pytest.mark.thorough
 def test_a_test_under_a_fluid_begins_from_its_own_strain_and_breaks_at_the_effective_stress():
     """Bricks on each other pulled apart: a joint that has broken at 13 MPa is entered, intact ones are dry."""
     specimen = gl.Specimen(Bricks(rows=4).tessellate(rectangle(5e-3, 20e-3)), ROCK)

@@ -78,6 +78,7 @@ def test_ends_are_those_of_the_rock_between_platens():
     assert WholeSpecimen().strains(specimen, moved)[1] == pytest.approx(-1e-6 / height)
 
 
+@pytest.mark.thorough
 def test_a_test_records_what_its_gauges_read():
     press = UniaxialCompression(maximum_strain=1e-4, samples=20)
     runs = [gl.simulate(PRISM, Linear(**STIFF), attrs.evolve(press, gauges=each), frames=2) for each in GAUGES]

@@ -38,6 +38,7 @@ def test_size_by_hand():
     assert CORNER.at(np.array([(0.3, 0.4), (0, 0), (1, 1)])) == pytest.approx([0.07, 0.02, 0.1])
 
 
+@pytest.mark.thorough
 @settings(max_examples=6)
 @given(seed=st.integers(0, 99), spread=st.sampled_from([0, 0.4]), finest=st.sampled_from([0.02, 0.03]))
 def test_grains_have_the_size_of_their_place(seed, spread, finest):

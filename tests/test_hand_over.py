@@ -212,6 +212,7 @@ class Weakened(gl.Observer):
             self.turned = math.degrees(state.rotation(1))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("material", MATERIALS.values(), ids=MATERIALS)
 def test_a_bond_that_is_half_broken_lasts_until_its_edges_stand_across(material):
     """Free to turn by 298 degrees: beyond 180 the mean edge points the other way, and a gap would be an overlap."""

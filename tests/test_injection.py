@@ -81,6 +81,7 @@ def test_a_joint_that_is_pumped_open_against_a_spring(bulk, volume):
     assert found["energy_error"] < 1e-9
 
 
+@pytest.mark.thorough
 def test_a_hole_and_its_fluid_share_what_is_pumped_in():
     """The fluid is compressed by p/K, the hole grows as under the same pressure; what is there fills both exactly."""
     specimen = holed()
@@ -142,6 +143,7 @@ class Late(gl.Observer):
             self.stop.ask("enough")
 
 
+@pytest.mark.thorough
 def test_threads_and_a_restart_change_no_bit(split, tmp_path):
     test = Pumped(loads=(LOADS,), time=TIME, samples=100)
     stop = gl.Stop()
@@ -208,6 +210,7 @@ def test_pressures_are_those_of_the_pump():
     assert np.isnan(none["initiation_pressure"])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("stress", [(-6e6, -4e6), (-5e6, -5e6)])
 def test_the_first_crack_is_near_that_of_an_elastic_plate(stress):
     """At 3 times the least stress less the largest, and the strength (Hubbert and Willis 1957), on the axis of it.

@@ -100,6 +100,7 @@ def test_a_trace_ends_where_a_grain_ends(reach, cuts):
     assert_tiles(made)
 
 
+@pytest.mark.thorough
 def test_traces_are_neither_longer_nor_shorter_on_average():
     random, ratios = np.random.default_rng(1), []
     for seed in range(12):

@@ -58,6 +58,7 @@ def test_drawn_grains_come_back_with_their_areas(count, seed, height):
     assert abs(agreement.area_errors).max() < 0.01
 
 
+@pytest.mark.thorough
 @settings(max_examples=8)
 @given(count=st.integers(2, 20), seed=st.integers(1, 1000))
 def test_drawn_cells_come_back_with_their_centroids(count, seed):

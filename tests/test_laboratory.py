@@ -150,6 +150,7 @@ def test_a_closure_that_stiffens_makes_nothing(closure):
     assert np.all(balance(joint_after(law, (-1.5e-6, 0)))[1] < 1e-4 * work)
 
 
+@pytest.mark.thorough
 def test_friction_loses_what_it_slides():
     law = Friction(**STIFF, friction_angle=30)
     pressure, slip = 10e6, 5e-6

@@ -344,6 +344,7 @@ def test_the_kit_asks_at_other_temperatures(kind, found):
     assert re.search(found, report["temperature"].found)
 
 
+@pytest.mark.thorough
 def test_a_free_strain_and_a_stiffness_are_asked_for_at_other_temperatures():
     """By hand: half of the expansion of one kelvin; 1 + 780/750 times as stiff at 800, twice at -100 degrees."""
     warm = {"expansion": 1e-5, "softening": 5e-4}

@@ -126,6 +126,7 @@ def test_cells_that_meet_in_a_corner_know_each_other_or_are_cut_again(forgotten:
     assert odd.tolist() == [forgotten is not None] * 3 + [False]
 
 
+@pytest.mark.thorough
 def test_a_diagram_of_other_seeds_gives_none() -> None:
     random, region = np.random.default_rng(3), rectangle(1, 1)
     seeds = random.random((2000, 2))

@@ -215,6 +215,7 @@ def listed(seed):
     return gl.Run(small_sample(12 + seed), BRITTLE, Listed())
 
 
+@pytest.mark.thorough
 def test_a_list_is_no_single_number_of_a_study():
     table = gl.Study(listed, seed=[0]).run(workers=1, progress=False)
     assert table.rows[0]["works"] == [1e3, 2e3]

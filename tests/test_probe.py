@@ -290,6 +290,7 @@ def test_probes_of_nothing_are_refused(options, words):
         gl.simulate(small_sample(10), Linear(**STIFF), PULL, observers=[gl.Probe(**options)])
 
 
+@pytest.mark.thorough
 def test_twenty_paths_fit_a_screen():
     """One picture of each, with the law's strength and the words of its end."""
     few, many = (plot_paths([walked()] * count) for count in (4, 20))

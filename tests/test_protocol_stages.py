@@ -324,6 +324,7 @@ def test_bodies_settle_before_they_are_thrown():
     assert [stage.name for stage in attrs.evolve(test, settle=0).stages(BLOCKS)] == ["move"]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("hold", "loads"),
     [

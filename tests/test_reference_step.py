@@ -119,6 +119,7 @@ def test_loads_and_dampings(loads, damping):
     assert_same(*compared(LAWS["cohesive crack"], loads, DAMPINGS[damping]))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("material", MATERIALS, ids=lambda material: type(material).__name__)
 def test_materials(material):
     state, reference = compared(LAWS["cohesive crack"], DRIVES, gl.integration.VibrationDamping(), material=material)
@@ -145,6 +146,7 @@ def test_fluids():
     assert pressures.count(8e6) > 9
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("cracks_only", [False, True])
 def test_an_injection(cracks_only):
     """Also what it finds in a crack that it enters at half of the steps."""
@@ -190,7 +192,11 @@ FACES = {
 @pytest.mark.parametrize("material", [gl.Rigid(density=2600), pytest.param(ROCK, marks=pytest.mark.thorough)], ids=repr)
 @pytest.mark.parametrize(
     ("law", "dashpots"),
-    [pytest.param("friction", 0.0, marks=pytest.mark.thorough), ("friction", 0.3), ("dilation", 0.0)],
+    [
+        pytest.param("friction", 0.0, marks=pytest.mark.thorough),
+        ("friction", 0.3),
+        pytest.param("dilation", 0.0, marks=pytest.mark.thorough),
+    ],
 )
 def test_contacts_without_a_bond(law, dashpots, material, seed):
     """Corners that dig into edges, faces that slide on each other, and part."""

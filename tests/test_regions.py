@@ -327,6 +327,7 @@ def scaled(region: Region, by: float) -> Region:
     return attrs.evolve(region, outline=by * region.outline, holes=[by * hole for hole in region.holes])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("by", [2.0**-7, 0.01, 7.0])
 def test_grains_round_a_hole_of_many_sides_are_the_same_at_any_scale(by: float) -> None:
     """Seeds that are equally far from a corner tie but for rounding; pairs of seeds that share one cannot all be."""

@@ -107,6 +107,7 @@ def test_properties_have_units(page, result):
     assert named <= set(page.rows)
 
 
+@pytest.mark.thorough
 def test_what_cannot_fail_has_no_row_of_a_strength(result, tmp_path):
     """A linear law: nothing warns, no strength is missing, and moduli are there."""
     attrs.evolve(result, law=Linear(**STIFF)).write_report(tmp_path / "report.html")
@@ -116,6 +117,7 @@ def test_what_cannot_fail_has_no_row_of_a_strength(result, tmp_path):
     assert "had not failed" not in page.text
 
 
+@pytest.mark.thorough
 def test_of_several_samples_what_is_of_one_says_so(result, tmp_path):
     samples = {"law": {7: result, 8: result}}
     write_report({"law": result}, tmp_path / "report.html", samples=samples)

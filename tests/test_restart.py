@@ -210,6 +210,7 @@ def test_a_checkpoint_in_the_course_of_a_run_is_as_good_as_one_at_its_stop(tmp_p
             assert (killed / file).read_bytes() == (tmp_path / "whole" / file).read_bytes(), file
 
 
+@pytest.mark.thorough
 def test_a_finished_run_is_not_run_again(tmp_path, monkeypatch):
     specimen, law, protocol, _ = CASES["rigid grains"]
     whole = gl.simulate(specimen, law, protocol, checkpoint=tmp_path)

@@ -142,6 +142,7 @@ def test_a_blind_prediction_stands_beside_the_laboratory(example):
     assert "| laboratory |  | 199 | 0.357 | 0.357 | 0.818 | 0.818 |" in text
 
 
+@pytest.mark.thorough
 def test_a_rock_is_sought_by_two_factors(example):
     """Strengths go up by 200 / 100, moduli by 69 / 46; ratios stay, and what lies in the laboratory's range is met."""
     study = example("lac_du_bonnet")

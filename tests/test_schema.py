@@ -39,6 +39,7 @@ def template_of(name, **more):
     return re.sub(r'^(\w+) = "FILL IN".*\n', "", template(name, needed), flags=re.M)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", SETUPS)
 def test_the_template_of_a_test_fits_its_schema_and_that_of_all(name):
     """With every parameter, also those that stand there as comments, in the form in which they are shown."""
@@ -138,6 +139,7 @@ def test_usual_texts_fit_their_unit(unit):
     assert {"min", "h", "day", "year", "ms"} <= set(spellings("s"))
 
 
+@pytest.mark.thorough
 def test_the_command_prints_it_and_suggests():
     assert json.loads(invoke("schema").output) == WHOLE
     assert json.loads(invoke("schema", "brazilian").output)["title"] == "grainlaw test brazilian"

@@ -119,6 +119,7 @@ def test_a_grain_that_flies_far_away_costs_no_memory(away):
     assert peak < 1e5
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("x", [2.0**64, -(2.0**64)])
 def test_an_edge_farther_away_than_cells_can_be_counted_is_in_few_of_them(x):
     edge = x, 0.0, x + 2.0**13, 1000.0

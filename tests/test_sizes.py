@@ -51,6 +51,7 @@ def test_lognormal_of_scipy_has_the_deviation() -> None:
     assert (diameters.mean(), diameters.std()) == pytest.approx((1, 0.42), abs=0.005)
 
 
+@pytest.mark.thorough
 def test_grains_have_the_distribution() -> None:
     """The grains of a specimen, not only what was drawn for them."""
     made = Laguerre(grains=2000, sizes=Lognormal(deviation=0.4), seed=4).tessellate(rectangle(0.1, 0.1))

@@ -284,6 +284,7 @@ def test_a_warning_is_given_once_for_a_level_and_not_by_the_workers(tmp_path, ca
     assert "UnitWarning" not in capfd.readouterr().err
 
 
+@pytest.mark.thorough
 def test_an_executor_of_the_users_that_breaks_keeps_what_is_finished(tmp_path):
     study = gl.Study(deadly, seed=[0, 1])
     with ProcessPoolExecutor(1) as pool, pytest.raises(gl.ExecutorError, match="a worker of the executor has died"):
@@ -493,6 +494,7 @@ def named_like_a_measure(b_value):
     return tiny("brittle", b_value)
 
 
+@pytest.mark.thorough
 def test_a_factor_with_the_name_of_a_result_is_refused_after_the_first_case(tmp_path):
     study = gl.Study(named_like_a_result, strength=[1, 2, 3])
     with pytest.raises(gl.ParameterError, match=r"the factor 'strength' = [123] has the name of a result.* another"):

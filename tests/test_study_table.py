@@ -114,6 +114,7 @@ def test_ties_count_for_neither_side():
 # --- how many samples ------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("width", [8.0, 2.0, 0.5, 0.11])
 def test_the_samples_for_a_width_are_the_fewest_that_do(width):
     def widths(n):

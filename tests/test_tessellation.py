@@ -113,6 +113,7 @@ def test_mean_area_is_the_square_of_the_grain_size(tessellator: type) -> None:
     assert by_number.count == pytest.approx(300, rel=0 if tessellator is Voronoi else 0.1)
 
 
+@pytest.mark.thorough
 def test_inner_hexagons_are_regular() -> None:
     made = Hexagonal(grain_size=0.05).tessellate(rectangle(1, 1))
     inner = np.flatnonzero(abs(made.centroids - 0.5).max(axis=1) < 0.4)
