@@ -392,6 +392,7 @@ class Height(gl.Measure):
 
     name = "height"
     meaning = "peak over two"
+    unit = "MPa"
 
     def find(self, laboratory):
         return laboratory.result.summary["largest_stress"] / 2
@@ -413,7 +414,12 @@ def test_measures_of_ones_own_are_part_of_the_key(tmp_path):
     assert found["height"][0] == found["largest_stress"][0] / 2
     assert "height" in str(found).splitlines()[0]  # printed and reported like ours
     found.write_report(tmp_path / "report.html")
-    assert ">height<" in (tmp_path / "report.html").read_text("utf-8")
+    page = (tmp_path / "report.html").read_text("utf-8")
+    assert ">height (MPa)<" in page
+    assert "height (peak over two): A point" in page  # a picture of its own, and what it is
+    read = gl.read_study(tmp_path / "s")
+    assert read.own == ["height"]
+    assert read.quantity("height").heading == "height (MPa)"
     assert digest(Share(2)) == digest(Share(2)) != digest(Share(3))
     assert digest(Share(2)) != digest(Height())
     with (

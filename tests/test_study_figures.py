@@ -297,7 +297,7 @@ def test_tables_of_a_report_by_hand(tmp_path):
         ["stored run of a case, mean", "3 kB"],
     ]
     assert report._factors(table) == [["law", "A, B", "2 levels"], ["seed", "1, 2, 3", "3 levels"]]
-    assert report._pairs(table, ["seed"])["words"] == "strength"
+    assert [words for _, words in report._pairs(table, ["seed"])["figures"]] == ["strength"]
     assert report._pairs(table, ["law"]) is report._pairs(table, []) is None
     assert report._means(table, ["law"], ["seed"])["how"] == "over seed"
     assert report._means(table, ["law", "seed"], ["seed"])["how"] == "over all other factors"
@@ -309,14 +309,14 @@ def test_pairs_of_more_than_24_groups_are_written_but_not_drawn(groups, drawn, t
     rows = [row(case, {"strength": 1e6 if case["law"] == "A" else 3e6}) for case in cases]
     monkeypatch.setattr(Table, "plot_paired", lambda table, *which: which)
     found = report._pairs(table_of(rows, tmp_path / "s"), ["seed"])
-    assert found["figure"] == (("strength", "law", ["seed"]) if drawn else None)
+    assert found["figures"] == [(("strength", "law", ["seed"]), "strength")] * drawn
     assert len(found["listings"][0]["rows"]) == groups
 
 
 def test_pairs_of_cases_that_measure_nothing_have_no_picture(tmp_path):
     table = table_of([row({"law": law, "seed": 1}) for law in "AB"], tmp_path / "s")
     assert report._pairs(table, ["seed"]) == {
-        "factor": "law", "over": "seed", "listings": [], "figure": None, "words": "",
+        "factor": "law", "over": "seed", "listings": [], "figures": [],
     }  # fmt: skip
 
 
@@ -412,7 +412,8 @@ def test_the_strip_of_a_report_is_over_what_is_asked_for_or_over_all(over, drawn
     rows = [row({"law": law, "seed": s}, {"strength": 1e6 * s}) for law in "AB" for s in (1, 2)]
     monkeypatch.setattr(report, "plot_strip", lambda table, *which: which)
     by = [name for name in ("law", "seed") if name not in over]
-    assert report._means(table_of(rows, tmp_path / "s"), by, over)["strip"] == ("strength", by, drawn, None)
+    strips = report._means(table_of(rows, tmp_path / "s"), by, over)["strips"]
+    assert strips == [(("strength", by, drawn, None), "strength")]
 
 
 @pytest.mark.parametrize(

@@ -31,6 +31,7 @@ from grainlaw.results.files import without_nan
 from grainlaw.results.laboratory import Laboratory
 from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
+from grainlaw.results.standard_measures import MEASURES
 from grainlaw.runs.first_questions import ask_first_questions
 from grainlaw.runs.parallel import Run
 from grainlaw.runs.progress import RunFile
@@ -39,6 +40,7 @@ from grainlaw.studies.store import KILLED
 from grainlaw.tessellation import TilingError
 
 FINISHED, SAME = "finished", "same"
+OWN = "own"  #: of a row: quantities by measures of the user's own
 REFUSALS = (ParameterError, CompilationError, TilingError)
 
 
@@ -157,10 +159,11 @@ def found_by(result: Result, measures: Sequence[Measure]) -> dict[str, Any]:
         warnings.simplefilter("ignore")
         try:
             properties = Laboratory(result, measures).properties if result.frames and result.curves else {}
+            own = [attrs.asdict(measure.quantity) for measure in measures if measure.name not in MEASURES]
         except Exception as error:  # a measure of the user's own, or a test that has not got far
             return {**found, "measures": {}, "unmeasured": str(error)}
     plain = {name: float(value) if isinstance(value, np.floating) else value for name, value in properties.items()}
-    return {**found, "measures": plain}
+    return {**found, "measures": plain, **({OWN: own} if own else {})}
 
 
 # --- what a worker is doing ------------------------------------------------------------------------------------------

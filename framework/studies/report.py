@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 LEVELS = 12  #: levels of a factor that are written out
 MOST_GROUPS = 24  #: groups of which means are written
+MOST_DRAWN = 8  #: quantities of which pictures are drawn
 MOST_CURVES = 300  #: runs that are read for the picture of curves
 REASONS = 100  #: cases that failed and are listed
 OF_CRACKING = {measure.name for measure in (*thresholds(), *ratios())}  #: what few specimens do not tell
@@ -46,11 +47,11 @@ def write_report(table: Table, file: str | os.PathLike[str], title: str, over: S
 
 def _means(table: Table, by: Sequence[str], over: Sequence[str]) -> dict[str, Any]:
     means, main = table.means(*by), table.main
+    strips = [(plot_strip(table, name, by, over or table.factors, None), _told(table, name)) for name in _drawn(table)]
     return {
         "how": f"over {', '.join(over)}" if over and not set(over) & set(by) else "over all other factors",
         "listings": [_listing(means[name]) for name in main],
-        "strip": plot_strip(table, main[0], by, over or table.factors, None) if main else None,
-        "words": table.quantity(main[0]).words if main else "",
+        "strips": strips,
         "others": _others(table, by),
         "too_few": any(0 < each.count < ENOUGH for name in OF_CRACKING & {*table.columns} for each in means[name]),
     }
@@ -61,15 +62,24 @@ def _pairs(table: Table, over: Sequence[str]) -> dict[str, Any] | None:
     factor = next((name for name in table.factors if name not in over and _is_named(table, name)), None)
     if not factor or not over or len(table.levels(factor)) < 2:
         return None
-    main, paired = table.main, table.paired(factor, over)
-    drawn = main and len(paired[main[0]]) <= MOST_GROUPS
+    paired = table.paired(factor, over)
+    drawn = [name for name in _drawn(table) if len(paired[name]) <= MOST_GROUPS]
     return {
         "factor": quantity_of(factor).words,
         "over": enumeration(over),
-        "listings": [_listing(paired[name]) for name in main],
-        "figure": table.plot_paired(main[0], factor, over) if drawn else None,
-        "words": table.quantity(main[0]).words if main else "",
+        "listings": [_listing(paired[name]) for name in table.main],
+        "figures": [(table.plot_paired(name, factor, over), _told(table, name)) for name in drawn],
     }
+
+
+def _drawn(table: Table) -> list[str]:
+    """The first of the main quantities, and what measures of the user's own have found."""
+    return [*dict.fromkeys([*table.main[:1], *table.own])][:MOST_DRAWN]
+
+
+def _told(table: Table, name: str) -> str:
+    look = table.quantity(name)
+    return f"{look.words} ({look.meaning})" if look.meaning and name in table.own else look.words
 
 
 def _pictures(table: Table, by: Sequence[str], over: Sequence[str]) -> dict[str, Figure | None]:

@@ -20,7 +20,7 @@ from grainlaw.results.measure import Measure
 from grainlaw.results.result import Result
 from grainlaw.results.standard_measures import MEASURES
 from grainlaw.studies import groups
-from grainlaw.studies.case import FINISHED
+from grainlaw.studies.case import FINISHED, OWN
 from grainlaw.studies.design import RESERVED, check_results
 from grainlaw.studies.export import as_html, as_text, to_latex, to_pandas, to_xarray, write_csv, write_parquet
 from grainlaw.studies.statistics import By, Listing, label
@@ -93,9 +93,15 @@ class Table(metaclass=Checked):
 
     @functools.cached_property
     def declared(self) -> dict[str, Quantity]:
-        """What the tests of the rows have declared of their columns and properties, by name."""
-        found = [entry for row in self._stored for entry in row.get("quantities") or ()]
+        """What tests and measures of the rows have declared of their columns and properties, by name."""
+        found = [entry for row in self._stored for kind in ("quantities", OWN) for entry in row.get(kind) or ()]
         return {entry["name"]: Quantity(**entry) for entry in found}
+
+    @functools.cached_property
+    def own(self) -> list[str]:
+        """Quantities by measures of the user's own that any case has."""
+        names = dict.fromkeys(entry["name"] for row in self._stored for entry in row.get(OWN) or ())
+        return [name for name in names if name in self._had]
 
     @functools.cached_property
     def doubts(self) -> dict[str, list[int]]:
