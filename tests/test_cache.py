@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 import attrs
+import numba
 import numpy as np
 import pytest
 from support import STIFF, small_sample, state_of
 
 import grainlaw as gl
 from grainlaw.compiler import batch, entry
-from grainlaw.compiler.cache import _warn, tell_compiling
+from grainlaw.compiler.cache import _warn, keyed_njit, tell_compiling
 from grainlaw.compiler.fingerprint import fingerprint
 from grainlaw.compiler.numba_private import Table
 from grainlaw.engine import step
@@ -306,3 +307,10 @@ def test_the_time_loop_is_told(monkeypatch):
             1, state_of(small_sample(2), Linear(**STIFF)).shared(1), step.Chunk(1, 0, 1.0, schedule, schedule, 0, 0)
         )
     assert asked[0].startswith("the time loop, once")
+
+
+def test_numba_must_be_allowed_to_compile(monkeypatch):
+    monkeypatch.setattr(numba.config, "DISABLE_JIT", 1)
+    with pytest.raises(gl.ParameterError, match=r"NUMBA_DISABLE_JIT = 1 is not allowed.*gl\.trace"):
+        keyed_njit(fingerprint, "a key")
+    assert gl.trace(Linear(kn=1e13, ks=1e13), 1e-9, 0.0).normal == pytest.approx([1e4])

@@ -117,7 +117,13 @@ def keep_code(key: tuple[str, ...], header: dict[str, Any], code: bytes) -> None
 def keyed_njit(function: Any, key: str, *, by_address: bool = False, counted: bool = True) -> Any:
     """njit whose disk cache is keyed by ``key``; what is called ``by_address`` cannot be called from Python.
 
-    One that makes no arrays need not count them; see :func:`~grainlaw.compiler.numba_inner.uncounted`.
+    One that makes no arrays need not count them; see :func:`~grainlaw.compiler.numba_inner.uncounted`. Raises
+    ParameterError where numba is told not to compile.
     """
+    if numba.config.DISABLE_JIT:
+        raise ParameterError(
+            "NUMBA_DISABLE_JIT = 1 is not allowed, a run is compiled: to look into a law while it answers, call "
+            "gl.trace or its traction, which are interpreted"
+        )
     options = _BY_ADDRESS if by_address else _BY_PYTHON
     return use_cache(numba.njit(**(options if counted else uncounted(options)))(function), _cache(key))
