@@ -275,6 +275,21 @@ def _names(value: Sequence[str]) -> tuple[str, ...]:
     return found
 
 
+#: what a test counts from its own beginning, where stages come before it that only prepare the specimen
+COUNTED = (
+    TIME, STRAIN, LATERAL_STRAIN, "strain_points", VOLUMETRIC_STRAIN, TENSILE_CRACKS, SHEAR_CRACKS, DAMAGED,
+    "broken_bonds",
+)  # fmt: skip
+
+
+def since(curves: Mapping[str, np.ndarray], begin: int) -> dict[str, np.ndarray]:
+    """Samples from the number ``begin`` on; what a test counts from its own beginning counts from there."""
+    after = {name: values[begin:] for name, values in curves.items()}
+    if begin:
+        after |= {name: after[name] - curves[name][begin - 1] for name in COUNTED if name in after}
+    return after
+
+
 @attrs.frozen
 class Panel(metaclass=Checked):
     """One pair of axes of a figure: columns of the curves over a column.

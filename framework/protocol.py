@@ -63,6 +63,10 @@ class LoadingProtocol(metaclass=Checked):
         """What the conditions of a stage see of the curves of a run: its samples, of which ``first`` is the first."""
         return {name: values[first:] for name, values in curves.items()}
 
+    def begins(self, curves: Curves) -> int:
+        """Number of the sample with which the test itself begins, after stages that only prepare the specimen."""
+        return 0
+
     @abstractmethod
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """Properties of the specimen from the recorded curves, by name (SI)."""

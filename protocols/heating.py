@@ -11,7 +11,7 @@ import numpy as np
 
 from grainlaw import gauges
 from grainlaw.columns import SHEAR_CRACKS, STAGE, TEMPERATURE, TENSILE_CRACKS, Panel, cracks
-from grainlaw.conditions import Curves
+from grainlaw.conditions import AtRest, Curves, Lasts
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, checked_number, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator
@@ -36,6 +36,10 @@ class Held(enum.Enum):
     ALL = enum.auto()  #: these, and the sides along x
 
 
+RESTS = 1e-4  #: of unbalanced over contact forces, and of motion, before the test
+SAMPLES = 5  #: of the rest, while a shear wave passes the specimen
+PASSAGES = 20  #: of such waves, after which it counts as at rest: without stress no ratio says so
+MOST = 2 * PASSAGES * SAMPLES  #: samples until then
 QUANTITIES = (
     *(Quantity(name, "%", form=".4f", meaning="change over the whole") for name in ("expansion_x", "expansion_y")),
     *(Quantity(name, "MPa", form=".2f", meaning="mean, tension positive") for name in ("stress_x", "stress_y")),
@@ -66,7 +70,7 @@ class Heating(LoadingProtocol):
     """Bring a specimen from 20 °C to one temperature after another, then put it through a test, if one is given.
 
     It is the same temperature everywhere, as after slow heating. ``Heating(to=(600, 20), test=UniaxialCompression())``
-    heats, cools and crushes. Strains of the test count from where the heating has left the specimen.
+    heats, cools and crushes. The test begins when the specimen is at rest; its strains and cracks count from there.
     """
 
     #: one temperature, or several one after the other
@@ -110,7 +114,19 @@ class Heating(LoadingProtocol):
                 )
             )  # fmt: skip
             before = temperature
-        return heating if self.test is None else [*heating, *self.test.stages(specimen)]
+        if self.test is None:
+            return heating
+        passage = specimen.passage(float(np.ptp(specimen.mesh.nodes, axis=0).max()))
+        rest = Stage(
+            name="rest", loads=drives, until=[AtRest(RESTS), Lasts(PASSAGES * passage)], interval=passage / SAMPLES,
+            sample_limit=MOST, integrator=self.integrator,
+        )  # fmt: skip
+        return [*heating, rest, *self.test.stages(specimen)]
+
+    @property
+    def _before(self) -> int:
+        """Stages before the test, or all."""
+        return len(self.to) + (self.test is not None)
 
     def _drives(self) -> list[Drive]:
         ends = ("bottom", "top") if self.held is not Held.BOTTOM else ("bottom",)
@@ -141,10 +157,10 @@ class Heating(LoadingProtocol):
 
         The ratio is :func:`~grainlaw.protocols.measures.vibration_share`.
         """
-        hot = slice(samples_before(curves, len(self.to)))
+        hot = slice(samples_before(curves, len(self.to)))  # without its rest
         found = {
             "highest_temperature": float(curves[TEMPERATURE].max()),
-            "thermal_cracks": int(cracks(curves)[hot][-1]),
+            "thermal_cracks": int(cracks(curves)[: self.begins(curves) or None][-1]),
             "heating_kinetic_ratio": vibration_share(curves, hot),
         }
         if self.test is None:
@@ -153,13 +169,17 @@ class Heating(LoadingProtocol):
                 "expansion_x": float(curves["expansion_x"][-1]),
                 "expansion_y": float(curves["expansion_y"][-1]),
             }
-        after = after_stages(curves, len(self.to))
+        after = after_stages(curves, self._before)
         return {**found, **self.test.summary(after, specimen)} if len(after[STAGE]) else found
+
+    def begins(self, curves: Curves) -> int:
+        """After the heating."""
+        return samples_before(curves, self._before) if self.test is not None else 0
 
     def counted(self, curves: Curves, first: int) -> Curves:
         """As of any test; strains and cracks count from the beginning of the test, as in its summary."""
         return (
-            counted_after(self.test.counted, curves, first, len(self.to))
+            counted_after(self.test.counted, curves, first, self._before)
             if self.test
             else super().counted(curves, first)
         )

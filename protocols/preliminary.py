@@ -6,21 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from grainlaw.columns import (
-    DAMAGED,
-    LATERAL_STRAIN,
-    SHEAR_CRACKS,
-    STAGE,
-    STRAIN,
-    TENSILE_CRACKS,
-    TIME,
-    VOLUMETRIC_STRAIN,
-)
+from grainlaw.columns import STAGE, since
 from grainlaw.conditions import Curves
 
 Counted = Callable[[Curves, int], Curves]  #: :meth:`LoadingProtocol.counted`
-#: what a test counts from its own beginning
-OFFSET = (TIME, STRAIN, LATERAL_STRAIN, "strain_points", VOLUMETRIC_STRAIN, TENSILE_CRACKS, SHEAR_CRACKS, DAMAGED)
 
 
 def samples_before(curves: Curves, stages: int) -> int:
@@ -31,9 +20,8 @@ def samples_before(curves: Curves, stages: int) -> int:
 def after_stages(curves: Curves, stages: int) -> dict[str, np.ndarray]:
     """Samples after the first ``stages``; strains, cracks, damage and numbers of stages count from there."""
     end = samples_before(curves, stages)
-    after = {name: values[end:] for name, values in curves.items()}
+    after = since(curves, end)
     if end:
-        after |= {name: after[name] - curves[name][end - 1] for name in OFFSET if name in after}
         after[STAGE] = after[STAGE] - stages
     return after
 

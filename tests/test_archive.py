@@ -189,12 +189,9 @@ def test_cracks_lie_where_the_last_frame_has_them():
 
 @pytest.mark.parametrize("ask", [
     lambda r, _: r.frame("picture", -1),
-    lambda r, _: r.laboratory.properties,
     lambda r, _: r.laboratory.fragments,
     lambda r, _: r.laboratory.energy_lost,
-    lambda r, _: r.laboratory.plot(),
     lambda r, folder: r.write_vtk(folder),
-    lambda r, folder: r.write_report(folder / "r.html"),
     lambda r, _: r.show(),
 ])  # fmt: skip
 def test_what_needs_frames_says_so(content, tmp_path, ask):
@@ -202,6 +199,17 @@ def test_what_needs_frames_says_so(content, tmp_path, ask):
     with pytest.raises(gl.ParameterError, match="needs frames"):
         ask(bare, tmp_path)
     assert not list(tmp_path.iterdir())
+
+
+def test_the_rest_is_told_without_frames(content, tmp_path):
+    whole, bare = from_bytes(content), attrs.evolve(from_bytes(content), frames=[])
+    known, found = whole.laboratory.properties, bare.laboratory.properties
+    lacking = [name for name in known if np.isfinite(known[name]) and np.isnan(found[name])]
+    assert lacking == [name for name in gl.MEASURES if gl.MEASURES[name].of_frames and np.isfinite(known[name])]
+    assert "saved without frames, as by a study: no lost opening, lost slip" in bare.laboratory.note
+    bare.write_report(tmp_path / "r.html")
+    assert "saved without frames" in (tmp_path / "r.html").read_text("utf-8")
+    assert len(whole.laboratory.plot().axes) - len(bare.laboratory.plot().axes) == 2
 
 
 def test_what_needs_none_is_drawn_and_measured(content):

@@ -464,14 +464,15 @@ def test_what_heating_tells_before_a_test_and_without_one():
     """Vibration over all energy, where that is more than a hundredth of its largest; the test counts what it breaks."""
     heating = Heating(to=(300, 20))
     curves = given(
-        stage=[0, 0, 0, 1, 1, 1, 2, 2, 2, 2], energy_kinetic=[0, 0, 10, 0, 0, 0, 0, 0, 0, 0],
+        stage=[0, 0, 0, 1, 1, 2, 3, 3, 3, 3], energy_kinetic=[0, 0, 10, 0, 0, 0, 0, 0, 0, 0],
         energy_zones=[0.5, 1, 80, 60, 1, 1, 1, 1, 1, 1], energy_contacts_normal=np.full(10, 0.0),
         energy_contacts_shear=[0, 0.1, 10, 0, 0, 0, 0, 0, 0, 0], vibration=[0.5, 0.22, 10, 3, 0, 0, 9, 9, 9, 9],
         temperature=[20, 100, 300, 200, 100, 20, 20, 20, 20, 20], tensile_cracks=[0, 1, 2, 2, 2, 3, 5, 5, 5, 5],
         shear_cracks=[0, 0, 0, 1, 1, 4, 4, 6, 6, 6], expansion_x=WAY, expansion_y=2 * WAY,
     )  # fmt: skip
     hot = {"highest_temperature": 300, "thermal_cracks": 7, "heating_kinetic_ratio": 0.2}
-    assert heating.summary(curves, ROWS) == pytest.approx(hot | {"expansion_x": 9, "expansion_y": 18})
+    alone = {name: values[:6] for name, values in curves.items()} | {"stage": np.repeat([0.0, 1.0], 3)}
+    assert heating.summary(alone, ROWS) == pytest.approx(hot | {"expansion_x": 4.02, "expansion_y": 8.04})
 
     class Counts(gl.LoadingProtocol):
         def stages(self, specimen):
@@ -487,6 +488,9 @@ def test_what_heating_tells_before_a_test_and_without_one():
     after = {"stage": [0, 0, 0, 0], "tensile_cracks": [2, 2, 2, 2], "strain": [1, 2, 3, 4]}
     hot["heating_kinetic_ratio"] = pytest.approx(0.2)
     curves["strain"] = np.arange(10.0)
+    curves["broken_bonds"] = np.full(10, 0.3)
+    assert (heating.begins(curves), tested.begins(curves)) == (0, 6)
+    assert tested.counted(curves, 6)["broken_bonds"].tolist() == [0.0] * 4  # what heat has broken, no confinement has
     assert tested.summary(curves, ROWS) == hot | after
     for first, strain in ((7, [2, 3, 4]), (6, [1, 2, 3, 4]), (3, [3, 4, 5, 6, 7, 8, 9])):  # not while it is heated
         assert tested.counted(curves, first)["strain"].tolist() == strain

@@ -344,7 +344,15 @@ def test_a_specimen_is_heated_and_cooled(hold, loads):
     same(Heating(to=(100, -20), held=hold, loading=rate, samples=40).stages(warm), expected)
     round_ = gl.Specimen(Voronoi(grains=20, seed=1).tessellate(disc(20e-3)), warm.material_of(0))
     if hold is not Held.ALL:
-        assert len(Heating(to=100, held=hold, test=Brazilian()).stages(round_)) == 2
+        stages = Heating(to=100, held=hold, test=Brazilian(), loading=rate).stages(round_)
+        assert [stage.name for stage in stages] == [
+            "heat to 100 °C",
+            "rest",
+            *[s.name for s in Brazilian().stages(round_)],
+        ]
+        assert list(stages[1].loads) == list(stages[0].loads)[:-1]  # all but the heat
+        passage = 20e-3 / round_.shear_wave_speed
+        assert stages[1].until[1].duration == pytest.approx(20 * passage, rel=5e-3)
     for test in (None, *[Brazilian()] * (hold is Held.ALL)):
         with pytest.raises(gl.ParameterError, match="Heating: the specimen has no boundary named left or right"):
             Heating(to=100, held=hold, test=test).stages(round_)

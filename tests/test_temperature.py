@@ -17,8 +17,9 @@ from grainlaw.engine.stage_statics import _heated, steady_motion
 from grainlaw.geometry import Bricks, from_polygons, rectangle
 from grainlaw.laws import Linear, MohrCoulomb
 from grainlaw.materials import QUARTZ, ExpansionTable, MohrCoulombPlastic, Thermal
-from grainlaw.protocols import Heating, UniaxialCompression
+from grainlaw.protocols import Cyclic, Heating, UniaxialCompression, UniaxialTension
 from grainlaw.protocols.heating import Held
+from grainlaw.results.archive import from_bytes, to_bytes
 from grainlaw.results.result import energy_error
 from grainlaw.runs.loader import Loader
 
@@ -453,7 +454,7 @@ def test_the_first_expansion_is_found_towards_the_temperature_of_the_stage(begin
     arrays = SimpleNamespace(displacement=np.zeros((2, 3)))
     state = SimpleNamespace(
         heat=heat, materials=SimpleNamespace(force_per_kelvin=force), nodes=SimpleNamespace(arrays=arrays),
-        grains=SimpleNamespace(flat=np.ravel),
+        grains=SimpleNamespace(carry=np.eye(6)),
     )  # fmt: skip
     assert _heated(state).tolist() == [np.sign(by) * 7.0] * 6  # N/s at 1 K/s, up or down
     assert asked == [(begins, pytest.approx(by))]
@@ -477,3 +478,47 @@ def test_temperatures_of_steps_go_on_from_where_the_rate_last_changed():
     heat.target = None
     assert (heat.course(np.array([3.0]), 2.0, 4.0) - ROOM).tolist() == [[1.5, 1.5]]
     assert told == [ROOM + 1.5]
+
+
+def pulled(**more):
+    return UniaxialTension(samples=100, maximum_strain=5e-4, stop_fraction=0.5, **more)
+
+
+BRITTLE = MohrCoulomb(kn=1e14, ks=5e13, tensile_strength=13e6, cohesion=40e6, friction_angle=40)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("test", [pulled(), Cyclic(test=pulled(), levels=(6e-5, 1.2e-4))], ids=["pulled", "cyclic"])
+def test_even_expansion_and_back_changes_nothing_of_a_test(test):
+    """Coarse samples of the heating, so that a mean since the last one lags far behind where the specimen is."""
+    specimen = small_sample(12, material=WARM)
+    cold, hot = (gl.simulate(specimen, BRITTLE, each) for each in (test, Heating(to=(400, 20), samples=10, test=test)))
+    for name in ("strength", "failure_strain", "apparent_modulus"):
+        assert hot.summary[name] == pytest.approx(cold.summary[name], rel=3e-3)
+    assert hot.summary.get("unloading_moduli", []) == pytest.approx(cold.summary.get("unloading_moduli", []), rel=3e-3)
+    assert hot.stages[2] == "rest"
+    drawn, kept = hot.plot().axes[0].lines[0].get_xdata(), from_bytes(to_bytes(hot))
+    assert -1e-3 < drawn.min() < drawn.max() < 0.06  # %: the test alone; heated it was longer by 0.4 %
+    assert kept.begins == hot.begins > 0
+    assert np.array_equal(kept.of_test().curves["strain"], hot.of_test().curves["strain"])
+    assert kept.of_test("temperature") is kept
+
+
+@pytest.mark.thorough
+def test_what_heat_has_broken_is_no_part_of_a_test_that_follows():
+    minerals = {0: attrs.evolve(WARM, expansion=1.1e-5), ...: WARM}
+    grains = attrs.evolve(small_sample(30).grains, phase=np.arange(30) % 2)
+    test = UniaxialCompression(samples=100, maximum_strain=0.004, until=gl.Until.FAILURE)
+    found = gl.simulate(gl.Specimen(grains, minerals), BRITTLE, Heating(to=(400, 20), samples=20, test=test))
+    assert found.summary["thermal_cracks"] > 0.01 * found.summary["tensile_cracks"]
+    begins = found.laboratory.value("crack_initiation_count")
+    assert begins == pytest.approx(found.of_test().laboratory.value("crack_initiation_count"), abs=5e6)
+    assert begins > 0.05 * found.summary["strength"]  # and not as the test begins
+
+
+def test_tied_grains_expand_as_one():
+    specimen = gl.Specimen(small_sample(12).grains, WARM, tied=["between"])
+    found = gl.simulate(specimen, Linear(kn=1e14, ks=1e14), Heating(to=120, samples=10))
+    assert found.summary["expansion_y"] == pytest.approx((1 + NU) * ALPHA * WARMER, rel=1e-2)
+    place, moved = specimen.mesh.nodes, per_kelvin(specimen, HARD, Heating(to=120)._drives())
+    assert moved - moved[0] == pytest.approx((place - place[0]) * (1 + NU) * ALPHA, abs=1e-12)

@@ -234,7 +234,7 @@ def test_the_onset_of_damage_is_read_from_the_curves_also_of_a_cyclic_test():
     damaged = np.where(np.arange(len(load)) > 121, np.clip((load - 70) * 100 / 30, 0, 100), 0)
     stage = np.repeat([0, 1, 2], [61, 60, 102])
     curves = {**curves_of(load * MPA, np.zeros(len(load)), stage), "damaged": damaged}
-    found = SimpleNamespace(result=SimpleNamespace(curves=curves))
+    found = SimpleNamespace(result=SimpleNamespace(of_test=lambda: SimpleNamespace(curves=curves)))
     assert stress_at_damage(found) == pytest.approx(70.3 * MPA)
     assert stress_at_damage(found, 0.5) == pytest.approx(85 * MPA)
 

@@ -36,7 +36,7 @@ def _heated(state: State) -> np.ndarray | float:
     by = (heat.target - heat.temperature) * FIRST
     force = state.materials.force_per_kelvin(state.nodes.arrays.displacement, heat.temperature, by) * heat.sign
     heat.reach(heat.temperature)
-    return state.grains.flat(force)
+    return state.grains.carry.T @ force.T.ravel()
 
 
 def unknowns(

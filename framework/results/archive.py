@@ -119,6 +119,7 @@ def to_bytes(result: Result, *, frames: bool = True) -> bytes:
         "protocol": _described(result.protocol),
         "quantities": [attrs.asdict(each) for each in result.quantities.values()],
         "stages": list(result.stages),
+        "begins": result.begins,
         "panels": [attrs.asdict(each) for each in result.protocol.panels],
         "material": _described(result.specimen.material),
         "contact_points": _described(result.specimen.contact_points),
@@ -167,6 +168,7 @@ def _result(arrays: Arrays, about: Mapping[str, Any]) -> Result:
         frames=[unpacked(frames[k], specimen.mesh.nodes) for k in sorted(frames, key=int)],
         interfaces=arrays["interfaces"],
         stages=about["stages"],
+        begins=about.get("begins", 0),
     )
 
 

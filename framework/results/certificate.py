@@ -99,7 +99,7 @@ def doubts(result: Result) -> Iterator[str]:
             yield f"the {quantity_of(measure).words} cannot be computed, so the test has failed its certificate"
         else:
             yield f"the {quantity_of(measure).words} is above its limit; {cure}"
-    if strains_disagree(result.curves):
+    if strains_disagree(result.of_test().curves):
         yield (
             "the axial strain by volumetric_strain and lateral_strain is not the column strain: one of the three is "
             "wrong, and moduli with it"

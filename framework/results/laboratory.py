@@ -98,7 +98,9 @@ class Laboratory(metaclass=Checked):
     @cached_property
     def path(self) -> Path:
         """The path to the peak."""
-        return self.result.path if isinstance(self.result, MeasuredCurve) else path_to_peak(self.result.curves)
+        if isinstance(self.result, MeasuredCurve):
+            return self.result.path
+        return path_to_peak(self.result.of_test().curves)
 
     @cached_property
     def half_lengths(self) -> np.ndarray:
@@ -239,7 +241,8 @@ class Laboratory(metaclass=Checked):
         for measure in measures:
             if measure in absent or measure in alone or not np.isnan(self.properties[measure.name]):
                 continue
-            if why := measure.why(self):
+            lacks = measure.of_frames and not self.is_measured and not self.result.frames
+            if why := "the result was saved without frames, as by a study" if lacks else measure.why(self):
                 reasons.setdefault(why, []).append(measure.quantity.words)
         return reasons
 

@@ -59,6 +59,11 @@ class Measure(metaclass=Checked):
         return False
 
     @property
+    def of_frames(self) -> bool:
+        """Whether it is found from the frames: it is nan of a result that was saved without them."""
+        return False
+
+    @property
     def is_main(self) -> bool:
         """Whether the tables of studies show it unasked."""
         return True
@@ -108,6 +113,8 @@ def check_measures(laboratory: Laboratory, attribute: object, measures: Sequence
 def found(measure: Measure, laboratory: Laboratory) -> float:
     """Value of a measure, nan without the columns it needs. Raises :class:`ParameterError` if it is not a number."""
     if missing(laboratory.result.curves, measure.needs) or (laboratory.is_measured and not measure.of_curves):
+        return float("nan")
+    if measure.of_frames and not laboratory.result.frames:
         return float("nan")
     value = measure.find(laboratory)
     if not isinstance(value, Real) or isinstance(value, bool):

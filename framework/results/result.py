@@ -17,13 +17,16 @@ from grainlaw.columns import (
     SHEAR_CRACKS,
     SPENT,
     STAGE,
+    STRAIN,
     SUPPLIED,
+    TEMPERATURE,
     TENSILE_CRACKS,
     TIME,
     Panel,
     energy,
     panels_of,
     quantity_of,
+    since,
     work_done,
 )
 from grainlaw.contact import dilates, each_law
@@ -137,6 +140,7 @@ class Result(metaclass=Checked):
     frames: list[Frame]  #: moments of the run
     interfaces: np.ndarray  #: (c, 4) nodes: start and end on one grain, then start and end on the other
     stages: Sequence[str] = ()  #: their names, by the numbers in the curves
+    begins: int = 0  #: the sample with which the test itself begins, after stages that only prepare the specimen
 
     @classmethod
     def from_run(
@@ -165,8 +169,9 @@ class Result(metaclass=Checked):
             summary["transgranular_cracks"] = int(cracks.inside.sum())
         interfaces = state.bonds.ends
         return cls(
-            state.specimen, state.model.laws, protocol, Curves(curves), summary, cracks, frames, interfaces, stages
-        )
+            state.specimen, state.model.laws, protocol, Curves(curves), summary, cracks, frames, interfaces, stages,
+            protocol.begins(curves) if curves else 0,
+        )  # fmt: skip
 
     def frame(self, where: str, number: int) -> Frame:
         """One of the frames, counted from the end if negative. Raises ParameterError, which begins with ``where``."""
@@ -259,6 +264,15 @@ class Result(metaclass=Checked):
     def panels(self) -> Sequence[Panel]:
         """What figures draw of its curves: as the test declares it, or as of any test."""
         return panels_of(self.curves, self.protocol.panels)
+
+    def of_test(self, over: str = STRAIN) -> Result:
+        """With the curves of the test itself, counted from where it begins: what is drawn ``over`` a column.
+
+        The whole run over time or temperature, and where the test has not begun.
+        """
+        if not 0 < self.begins < len(self.curves[STAGE]) or over in (TIME, TEMPERATURE):
+            return self
+        return attrs.evolve(self, curves=Curves(since(self.curves, self.begins)), begins=0)
 
     @property
     def mesh(self) -> Mesh:

@@ -41,6 +41,7 @@ class Standard(Measure):
     needs: Sequence[str] = ()
     why_in: Callable[[Laboratory], str] = lambda _: ""
     of_curves: bool = False
+    of_frames: bool = False
     resolution_in: Callable[[Laboratory], float] = lambda _: 0.0
 
     @property
@@ -152,7 +153,7 @@ def peak_of(laboratory: Laboratory) -> float:
 
 def stress_at_damage(laboratory: Laboratory, share: float = 0.01) -> float:
     """Pa, when a share of the points damaged at the peak were damaged."""
-    curves = laboratory.result.curves
+    curves = laboratory.result.of_test().curves
     if DAMAGED not in curves:
         return math.nan
     return stress_at_share(curves, curves[TIME], curves[DAMAGED], share)
@@ -160,9 +161,10 @@ def stress_at_damage(laboratory: Laboratory, share: float = 0.01) -> float:
 
 def stress_at_cracks(laboratory: Laboratory, share: float = 0.01) -> float:
     """Pa, when a share of the points broken at the peak had broken."""
-    curves = laboratory.result.curves
-    cracks = np.searchsorted(laboratory.result.cracks.time, curves[TIME], side="right")
-    return stress_at_share(curves, curves[TIME], cracks, share)
+    whole, curves = laboratory.result.curves, laboratory.result.of_test().curves
+    cracks = np.searchsorted(laboratory.result.cracks.time, whole[TIME], side="right")
+    before = cracks[: len(whole[TIME]) - len(curves[TIME])]
+    return stress_at_share(curves, curves[TIME], cracks[len(before) :] - before.max(initial=0), share)
 
 
 def length_of(laboratory: Laboratory, *, tensile: bool) -> float:
@@ -175,7 +177,9 @@ def energy_lost() -> list[Standard]:
     """Energies lost by contacts up to the last frame: in opening, in slip, and by kind of crack."""
 
     def lost(name: str, by: str, rows: Callable[[Laboratory], np.ndarray]) -> Standard:
-        return Standard(name, f"energy lost by {by}", lambda lab: lab.beyond_rounding(float(rows(lab).sum())), "J/m")
+        return Standard(
+            name, f"energy lost by {by}", lambda lab: lab.beyond_rounding(float(rows(lab).sum())), "J/m", of_frames=True
+        )
 
     def both(laboratory: Laboratory) -> np.ndarray:
         opening, slip = laboratory.energy_lost
@@ -212,8 +216,8 @@ MEASURES: dict[str, Measure] = {
         Standard("tensile_length", "length of tensile cracks", lambda lab: length_of(lab, tensile=True), "mm"),
         Standard("shear_length", "length of shear cracks", lambda lab: length_of(lab, tensile=False), "mm"),
         *energy_lost(),
-        Standard("fragments", "fragments", lambda lab: len(lab.fragments)),
-        Standard("largest_fragment", "largest fragment, share of the area", largest_fragment, "%"),
+        Standard("fragments", "fragments", lambda lab: len(lab.fragments), of_frames=True),
+        Standard("largest_fragment", "largest fragment, share of the area", largest_fragment, "%", of_frames=True),
         Standard("acoustic_events", "acoustic events", lambda lab: len(lab.events)),
         Standard("largest_magnitude", "largest magnitude, 1 m thick", largest_magnitude, source=GUTENBERG),
         Standard(

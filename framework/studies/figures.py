@@ -284,7 +284,7 @@ def _curve(table: Table, row: int, x: str, y: str) -> tuple[np.ndarray, np.ndarr
     """Two columns of the run of a finished case."""
     if not table.is_finished(row):
         return None
-    curves = table.run(row).curves
+    curves = table.run(row).of_test(x).curves
     for name in (x, y):
         if name not in curves:
             raise ParameterError(f"Table.plot_curves: a run has no column '{name}'; it has {', '.join(curves)}")

@@ -55,6 +55,7 @@ def draw_curves(axes: Axes, results: Mapping[str, Result]) -> None:
     Several columns of a panel differ by their lines.
     """
     panel = common_panel(results)
+    results = _of_test(results, panel.over)
     if len(panel.columns) > 1:
         _draw(axes, panel, results)
         return
@@ -66,6 +67,10 @@ def draw_curves(axes: Axes, results: Mapping[str, Result]) -> None:
         _mark_strength(axes, panel.over, column, result, is_named=False, **look)
     label_panel(axes, panel, result)
     axes.legend(frameon=False)
+
+
+def _of_test(results: Mapping[str, Result], over: str) -> dict[str, Result]:
+    return {name: result.of_test(over) for name, result in results.items()}
 
 
 def common_panel(results: Mapping[Any, Result]) -> Panel:
@@ -121,7 +126,7 @@ def _draw_crack_numbers(axes: Axes, over: str, k: int, name: str, results: Seque
         if not any(each.curves[column][-1] for each in results):
             continue
         marks: dict[str, Any] = {"marker": marker(k), "fillstyle": fill, "markevery": EVERY, "markersize": 4}
-        for number, result in enumerate(results):
+        for number, result in enumerate(each.of_test(over) for each in results):
             label = f"{name}, {column.split('_')[0]}" if number == 0 else None
             axes.plot(
                 result.shown(over), result.curves[column], line, color=color(k), linewidth=1.0, label=label, **marks
@@ -205,6 +210,7 @@ def plot_curves(
     across, up = x or first.panels[0].over, y or first.panels[0].columns[0]
     for each in (*results.values(), *beside.values()):
         require("plot_curves", each.curves, across, up)
+    results = _of_test(results, across)
     figure, axes = given_or_new("plot_curves", ax, (6.4, 4.4))
     for k, (name, result) in enumerate(results.items()):
         look: dict[str, Any] = {"color": color(k), "linestyle": style(k)}
@@ -293,6 +299,7 @@ def plot_report_curves(results: Mapping[str, Result]) -> Figure:
 
 def _draw(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> None:
     several, many = len(results) > 1, len(panel.columns) > 1
+    results = _of_test(results, panel.over)
     for k, (name, result) in enumerate(results.items()):
         for j, column in enumerate(panel.columns):
             label = ", ".join([name] * several + [result.quantity(column).words.removeprefix("energy ")] * many)

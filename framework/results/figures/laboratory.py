@@ -33,9 +33,13 @@ MECHANISMS = dict(
 
 
 def plot_laboratory(laboratory: Laboratory) -> Figure:
-    """Curves with thresholds, growth of cracks, orientations; fragments, events, their mechanisms, energy lost."""
+    """Curves with thresholds, growth of cracks, orientations; fragments, events, their mechanisms, energy lost.
+
+    Of a result that was saved without frames what is found from them is left out.
+    """
     figure = Figure(figsize=(18, 9.5), layout="constrained")
-    for k, (name, draw) in enumerate(PANELS.items(), 1):
+    drawn = [name for name in PANELS if laboratory.result.frames or name not in OF_FRAMES]
+    for k, (name, draw) in enumerate(((name, PANELS[name]) for name in drawn), 1):
         draw(figure.add_subplot(2, 4, k, projection="polar" if name == "rose" else None), laboratory)
     return figure
 
@@ -119,10 +123,10 @@ def draw_rose(axes: Axes, laboratory: Laboratory) -> None:
 
 
 def _draw_specimen(axes: Axes, laboratory: Laboratory, colors: str | np.ndarray) -> None:
-    """The grains at the last frame, in one colour, or with a colour for each zone."""
+    """The grains at the last frame, or before the test where there is none; a colour for all, or for each zone."""
     result = laboratory.result
     unit = unit_of(result)
-    place = (result.mesh.nodes + result.frame("plot", -1).displacement) * unit.factor
+    place = (result.mesh.nodes + (result.frames[-1].displacement if result.frames else 0.0)) * unit.factor
     axes.add_collection(PolyCollection(place[result.mesh.zones], facecolor=colors, edgecolor=colors, linewidth=0.3))
     ends = place[result.interfaces[:, :2]]
     axes.add_collection(LineCollection(list(ends), colors=RIM, linewidths=0.35))
@@ -211,6 +215,7 @@ def draw_lost(axes: Axes, laboratory: Laboratory) -> None:
     _from_zero(axes, label, "energy lost by contacts (J/m)")
 
 
+OF_FRAMES = ("fragments", "lost")
 PANELS: dict[str, Callable[[Axes, Laboratory], None]] = {
     "thresholds": draw_thresholds, "growth": draw_growth, "rose": draw_rose, "fragments": draw_fragments,
     "events": draw_events, "mechanisms": draw_mechanisms, "moments": draw_moments, "lost": draw_lost,

@@ -58,8 +58,8 @@ def write_report(
         has_apparent="apparent_modulus" in first.summary,
         has_open=any(can_fail(result) and not has_failed(result) for result in results.values()),
         certificate=_certificate(results), curves=plot_report_curves(results) if first.curves else None,
-        cracks=side_by_side(results), heat=temperatures_side_by_side(results),
-        fluids=pressures_side_by_side(results),
+        cracks=side_by_side(results) if all(result.frames for result in results.values()) else None,
+        heat=temperatures_side_by_side(results), fluids=pressures_side_by_side(results),
         measures=_measures(laboratories) if first.curves else [],
         not_measured=_not_measured(laboratories) if first.curves else [],
         patterns={law: laboratories[law].plot() if len(each.cracks) else None for law, each in results.items()}
