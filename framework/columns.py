@@ -257,15 +257,13 @@ def readings(names: Iterable[str], values: Iterable[float]) -> str:
 
 
 def course(curves: Mapping[str, np.ndarray]) -> str:
-    """The column that cracks and energies are drawn over: the first of ``COURSE`` that never falls.
-
-    A fall by a twentieth of its range is allowed. The strain of a cyclic test falls, time never does.
-    """
-
-    def grows(values: np.ndarray) -> bool:
-        return bool((np.maximum.accumulate(values) - values).max() <= 0.05 * np.ptp(values))
-
+    """The column that says how far a test is: the first of ``COURSE`` that never falls; time never does."""
     return next(name for name in COURSE if name in curves and grows(curves[name]))
+
+
+def grows(values: np.ndarray) -> bool:
+    """Whether a column never falls, but for a twentieth of its range. The strain of a cyclic test falls."""
+    return bool((np.maximum.accumulate(values) - values).max() <= 0.05 * np.ptp(values))
 
 
 def _names(value: Sequence[str]) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any
@@ -10,7 +11,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.fields import ParameterError, checked_points, parameter
+from grainlaw.fields import ParameterError, UnitWarning, checked_points, parameter
 from grainlaw.geometry.cells.any_voronoi import NEAR
 from grainlaw.geometry.cells.convex import Point, Polygon, depth, polygon_of, split
 from grainlaw.geometry.cells.joining import tiling_of_parts
@@ -159,6 +160,7 @@ class Jointed(Tessellator):
 
     def tessellate(self, region: Region) -> Tessellation:
         """Fill a region and cut the grains; the parts of a grain follow each other in number."""
+        self._warn_of_units(region)
         grains = self.tessellator.tessellate(region)
         size, edges = grains.grain_size, grains.edges
         near, names = NEAR * size, tuple(dict.fromkeys([*grains.joints, *self.traces]))
@@ -183,6 +185,17 @@ class Jointed(Tessellator):
         merged = merge_short_edges(tiling, limit, smallest, straight)
         merged = merge_short_edges(released(merged), limit, smallest, region_sides(region))
         return merged.tessellation(grains, names)
+
+    def _warn_of_units(self, region: Region) -> None:
+        """Warn of a set of which no trace comes near the region, as one in mm."""
+        low, high = region.outline.min(axis=0), region.outline.max(axis=0)
+        for name, traces in self.traces.items():
+            if all((trace.max(axis=0) < low).any() or (trace.min(axis=0) > high).any() for trace in traces):
+                words = (
+                    f"Jointed: no trace of {name} meets the region, which has x from {low[0]:g} to {high[0]:g} m and y "
+                    f"from {low[1]:g} to {high[1]:g} m: is the unit right?"
+                )
+                warnings.warn(UnitWarning(words), stacklevel=3)
 
 
 def _lines(start: np.ndarray, end: np.ndarray) -> list[Chord]:

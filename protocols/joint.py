@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -230,11 +231,15 @@ class DirectShear(LoadingProtocol):
         }
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
-        """Strength, slip there (displacement in a box), largest stress and that at the end of shearing, certificate."""
+        """Strength, slip there (displacement in a box), largest stress, certificate; the residual one after a failure.
+
+        It is that at the end of shearing.
+        """
         end = int(np.flatnonzero(curves[STAGE] == SHEARS)[-1]) if SHEARS in curves[STAGE] else -1
         slip = {"failure_slip": "slip" if "slip" in curves else "displacement"}
-        residual = float(curves["shear_stress"][end])
-        return failure_summary(curves, "shear_stress", "displacement", slip, residual_stress=residual)
+        found = failure_summary(curves, "shear_stress", "displacement", slip, residual_stress=math.nan)
+        residual = math.nan if math.isnan(found["strength"]) else float(curves["shear_stress"][end])
+        return found | {"residual_stress": residual}
 
 
 def _boxed(specimen: Specimen, half: str) -> list[str]:

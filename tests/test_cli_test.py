@@ -11,6 +11,8 @@ from command_line import SMALL, invoke
 from law_sources import STIFFER
 from test_report import Page
 
+import grainlaw as gl
+
 # --- a whole run -----------------------------------------------------------------------------------------------------
 
 
@@ -35,6 +37,11 @@ def test_a_run_prints_the_properties_and_writes_the_folder(done):
     names = {"report.html", "summary.json", "curves.csv", "grains.pvd", "cracks.pvd", "config.toml"}
     assert names <= {file.name for file in folder.iterdir()}
     assert not (folder / "certificate.json").exists()  # which was not asked for
+    read = gl.Result.load(folder)
+    assert read.frames
+    assert read.summary["steps"] == json.loads((folder / "summary.json").read_text())["properties"]["steps"]
+    with pytest.raises(gl.ParameterError, match=r"has no result\.npz, which grainlaw test writes at its end"):
+        gl.Result.load(folder.parent)
 
 
 def test_file_options_and_single_values_reach_the_run_in_this_order(done):

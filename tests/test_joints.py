@@ -9,7 +9,7 @@ from support import ROCK
 from tiling import SLOPE, assert_sides_complete, assert_tiles, shoelace
 
 import grainlaw as gl
-from grainlaw.fields import ParameterError
+from grainlaw.fields import ParameterError, UnitWarning
 from grainlaw.geometry import (
     Breakable,
     Bricks,
@@ -49,6 +49,17 @@ TESSELLATORS = [
     Voronoi(grains=60), Hexagonal(grains=40), Breakable(Voronoi(grains=12), Trigons(count=6)),
     JointSets(sets=[JointSet(dip=30, spacing=0.8), JointSet(dip=-50, spacing=0.7)]),
 ]  # fmt: skip
+
+
+def test_a_set_that_is_far_from_the_region_is_warned_of():
+    traces = {"j": [[(0, 10), (25, 40)]], "k": [[(0.0, 0.01), (0.025, 0.03)], [(1.0, 1.0), (2.0, 3.0)]]}
+    with pytest.warns(UnitWarning) as told:
+        made = Jointed(Voronoi(grains=12), traces).tessellate(rectangle(0.025, 0.05))
+    assert [str(each.message) for each in told] == [
+        "Jointed: no trace of j meets the region, which has x from 0 to 0.025 m and y from 0 to 0.05 m: is the unit "
+        "right?"
+    ]
+    assert len(made.joints["k"])
 
 
 def length_of(grains, name):

@@ -156,6 +156,9 @@ def test_a_confined_curve_begins_where_the_load_exceeds_the_confinement(tmp_path
     )
     curve = gl.read_curve(file, confinement=10 * MPa)
     assert curve.summary["strength"] == pytest.approx(110e6)
+    assert curve.curves["deviator"][0] == pytest.approx(0, abs=0.4e6)  # the last sample before, or the first
+    rise = 10e6 / 20e9
+    assert curve.summary["failure_strain"] == pytest.approx(AXIAL[np.argmax(STRESS)], abs=rise / 30)
     assert curve.laboratory.properties["crack_damage"] == pytest.approx(90e6)
     assert curve.laboratory.properties["crack_initiation_lateral"] == pytest.approx(50e6)
     assert curve.laboratory.properties["secant_modulus"] == pytest.approx(E, rel=1e-3)

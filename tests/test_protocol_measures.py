@@ -406,6 +406,8 @@ def test_what_a_sheared_joint_tells():
     assert DirectShear(normal_stress=0).summary(curves, ROWS) == pytest.approx(boxed | CERTIFIED)
     stopped = curves | {"stage": np.zeros(10)}
     assert DirectShear(normal_stress=0).summary(stopped, ROWS)["residual_stress"] == 3
+    whole = {name: values[:5] for name, values in curves.items()}  # it has not failed
+    assert np.isnan(DirectShear(normal_stress=0).summary(whole, ROWS)["residual_stress"])
 
 
 def test_what_a_pulled_joint_tells():

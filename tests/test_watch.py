@@ -113,6 +113,10 @@ def test_a_run_whose_process_has_died_is_stopped_and_says_how_to_go_on(tmp_path)
     assert reason(seen) == f"its process {process['pid']} has died. Go on with: {again}"
     assert seen.parts[0].where == "0.1000 %, 60.00 MPa"  # by its curve
     assert invoke("watch", tmp_path / "a").exit_code == 1
+    (run_folder(tmp_path / "c", process=process, status="finished") / "checkpoint.npz").touch()  # its last files lack
+    assert watched(tmp_path / "c").state == "stopped"
+    (tmp_path / "c" / "checkpoint.npz").unlink()
+    assert watched(tmp_path / "c").state == "finished"
     script = watched(run_folder(tmp_path / "b", process=process, program=["/home/me/granite.py", "3"]))
     assert script.again == "run granite.py again with restart=True"
 

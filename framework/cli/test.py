@@ -22,6 +22,7 @@ from grainlaw.engine.thread_count import Threads
 from grainlaw.observation import Observer
 from grainlaw.quantity import aligned
 from grainlaw.results.certificate import texts, warnings_of
+from grainlaw.results.files import RESULT
 from grainlaw.results.paraview import write_script
 from grainlaw.results.probe import Probe
 from grainlaw.results.result import Result
@@ -45,10 +46,10 @@ NAME is one of {", ".join(SETUPS)}, or FILE.py:TEST, a test of your own. Every p
 with the sections [sample], [rock], [law], [test] and [numerics], or one by one, as in --set law.cohesion="30 MPa"
 (docs/configuration.md). Others are those of a published study.
 
-Writes report.html, summary.json, curves.csv, cracks.csv, grains.pvd and cracks.pvd for ParaView and
-show_in_paraview.py, which opens them there, run.json, the record of what was run and with what, and config.toml, which
-runs the same test again. A test that is stopped goes on with --restart. The exit code is 2 for what is refused before
-the test, 1 for a test that could not end; what it recorded is written all the same."""
+Writes report.html, summary.json, curves.csv, cracks.csv, result.npz for gl.Result.load, grains.pvd and cracks.pvd for
+ParaView and show_in_paraview.py, which opens them there, run.json, the record of what was run and with what, and
+config.toml, which runs the same test again. A test that is stopped goes on with --restart. The exit code is 2 for
+what is refused before the test, 1 for a test that could not end; what it recorded is written all the same."""
 )
 @click.argument("name", metavar="NAME", shell_complete=running.completed(SETUPS))
 @running.model_options
@@ -106,6 +107,7 @@ def test(
         asked = {INTERACTIVE: interactive, ANIMATION: animate}
         beside = [*(name for name, is_asked in asked.items() if is_asked), *running.linked(claim.path)]
         result.write_report(claim.path / "report.html", record=record, incomplete=reason, files=beside)
+        result.save(claim.path / RESULT)
         if interactive:
             write_interactive(result, claim.path / INTERACTIVE, probe=probe)
         if animate:

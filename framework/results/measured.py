@@ -243,6 +243,15 @@ def _unused(table: Any, used: list[TextColumn]) -> list[str]:
     return [f"not used: {', '.join(rest)}"] if rest else []
 
 
+def _from_confinement(curves: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """From the last sample at which there is no more than the confinement; strains count from there."""
+    deviator = curves[DEVIATOR]
+    before = np.flatnonzero(deviator[: int(np.argmax(deviator)) + 1] <= 0)
+    made = {name: values[before[-1] if len(before) else 0 :] for name, values in curves.items()}
+    strains = (STRAIN, LATERAL_STRAIN, VOLUMETRIC_STRAIN) if len(before) else ()
+    return made | {name: made[name] - made[name][0] for name in strains if name in made}
+
+
 @attrs.define(eq=False)
 class _Reading:
     """From columns as they are written to the curves of a test, and what was done in words."""
@@ -280,8 +289,6 @@ class _Reading:
             self.notes.append(f"volumetric_strain: sum of {twice}")
         if confinement or is_deviator:
             curves[STRESS], curves[DEVIATOR] = (load + confinement, load) if is_deviator else (load, load - confinement)
-            before = np.flatnonzero(curves[DEVIATOR][: int(np.argmax(curves[DEVIATOR])) + 1] <= 0)
-            curves[STAGE][(before[-1] if len(before) else 0) :] = 1.0
             if not curves[DEVIATOR].max() > 0:
                 raise refusal(f"{self.where}: confinement", confinement, "below the largest axial stress (Pa)")
         if TIME in self.chosen:
@@ -289,7 +296,7 @@ class _Reading:
             unit = self.units[TIME] or column.unit or "s"
             curves[TIME] = in_si(column.values[both], unit)
             self._say(TIME, column, unit, guessed=not (self.units[TIME] or column.unit))
-        return curves
+        return _from_confinement(curves) if DEVIATOR in curves else curves
 
     def _say(self, kind: str, column: TextColumn, unit: str, *, guessed: bool, more: str = "") -> None:
         self.used.append(column)

@@ -24,6 +24,7 @@ from grainlaw.columns import (
     TIME,
     Panel,
     energy,
+    grows,
     panels_of,
     quantity_of,
     since,
@@ -35,7 +36,7 @@ from grainlaw.mesh import Mesh
 from grainlaw.messages import nearest, refusal, short
 from grainlaw.quantity import Quantity
 from grainlaw.results.certificate import doubts, texts
-from grainlaw.results.files import write_atomically
+from grainlaw.results.files import RESULT, write_atomically
 from grainlaw.results.tables import data_frame
 from grainlaw.short_form import html_table
 from grainlaw.specimen import Specimen
@@ -275,6 +276,12 @@ class Result(metaclass=Checked):
         return attrs.evolve(self, curves=Curves(since(self.curves, self.begins)), begins=0)
 
     @property
+    def course(self) -> str:
+        """The column that cracks and energies are drawn over: that of the first panel, or time where it falls."""
+        over = self.panels[0].over
+        return over if grows(self.curves[over]) else TIME
+
+    @property
     def mesh(self) -> Mesh:
         """Nodes, zones and interfaces of the specimen."""
         return self.specimen.mesh
@@ -298,13 +305,18 @@ class Result(metaclass=Checked):
 
     @staticmethod
     def load(file: str | os.PathLike[str]) -> Result:
-        """Read what :meth:`save` has written. Raises ParameterError for another file, OSError.
+        """Read what :meth:`save` has written, or the folder of ``grainlaw test``. Raises ParameterError, OSError.
 
         Its law and its protocol are :class:`~grainlaw.results.archive.Recorded`, which have names and numbers alone.
         """
         from grainlaw.results.archive import from_bytes
 
-        return from_bytes(Path(file).read_bytes(), str(file))
+        path = Path(file)
+        if path.is_dir():
+            path /= RESULT
+            if not path.exists():
+                raise ParameterError(f"Result.load: {file} has no {RESULT}, which grainlaw test writes at its end")
+        return from_bytes(path.read_bytes(), str(path))
 
     def write_vtk(self, folder: str | os.PathLike[str]) -> None:
         """Write ``grains.pvd``, ``cracks.pvd``, their .vtu series, and ``show_in_paraview.py``. Raises OSError."""

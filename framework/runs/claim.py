@@ -14,7 +14,7 @@ import attrs
 from filelock import FileLock, Timeout
 
 from grainlaw.fields import ParameterError
-from grainlaw.results.files import file_name, writable_folder
+from grainlaw.results.files import RESULT, file_name, writable_folder
 from grainlaw.runs.progress_file import PROGRESS
 
 RUN, CHECKPOINT, FRAMES, LOCK = "run.json", "checkpoint.npz", "frames", ".grainlaw.lock"
@@ -31,7 +31,7 @@ FOR_RESTART = (CHECKPOINT, f"{FRAMES}/*.npz", FRAMES)
 #: what runs write to their folders, and --overwrite removes; the record last, for it says that this is a run
 WRITTEN = (
     *FOR_RESTART, PROGRESS, "watch.html", "config.toml", "summary.json", "curves.csv", "cracks.csv", "report.html",
-    "comparison.png", "cracks_*.png", f"{LAW_FILES}/**/*", LAW_FILES, f"{MATERIAL_FILES}/**/*", MATERIAL_FILES,
+    RESULT, "comparison.png", "cracks_*.png", f"{LAW_FILES}/**/*", LAW_FILES, f"{MATERIAL_FILES}/**/*", MATERIAL_FILES,
     f"{TEST_FILES}/**/*", TEST_FILES,
     f"{GRAIN_FILES}/*", GRAIN_FILES,
     *(f"{name}{end}" for name in ("grains", "cracks", "contacts") for end in (".pvd", "_*.vtu")), RUN,

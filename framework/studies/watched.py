@@ -18,7 +18,7 @@ import attrs
 from grainlaw.columns import SHEAR_CRACKS, TENSILE_CRACKS, leading, readings
 from grainlaw.fields import ParameterError
 from grainlaw.results.files import without_nan
-from grainlaw.runs.claim import RUN
+from grainlaw.runs.claim import CHECKPOINT, RUN
 from grainlaw.runs.progress_file import FOLDER, PROGRESS, lives, read, silent
 from grainlaw.studies.store import CASES, KILLED, PACKS, STUDY
 
@@ -109,9 +109,10 @@ def _runs(path: Path) -> Watched:
 def _state(record: Mapping[str, Any], path: Path) -> tuple[str, str]:
     """Of a run, from its record and its process; and why it did not come to its end."""
     status = str(record.get("status") or UNKNOWN)
-    if status == FINISHED:
+    writes = status == FINISHED and "command" in record and (path / CHECKPOINT).exists()  # which it removes in the end
+    if status == FINISHED and not writes:
         return FINISHED, ""
-    if status != RUNNING:
+    if status != RUNNING and not writes:
         unknown = status == UNKNOWN
         return UNKNOWN if unknown else STOPPED if record.get("stopped") else FAILED, "" if unknown else status
     files = [*path.glob("*.*"), *path.glob("*/curves.csv")]

@@ -24,7 +24,6 @@ from grainlaw.columns import (
     TENSILE_CRACKS,
     TIME,
     Panel,
-    course,
     require,
 )
 from grainlaw.drawing.figure import Figure, given_or_new, grid
@@ -282,7 +281,7 @@ def show_result(result: Result, **options: Any) -> None:
 def plot_report_curves(results: Mapping[str, Result]) -> Figure:
     """What the test measured, broken contact points, and energies."""
     first = next(iter(results.values()))
-    along = course(first.curves)
+    along = first.course
     panels = [*first.panels]
     if not any(set(OF_MODE) <= set(panel.columns) for panel in panels):
         panels.append(Panel(along, [*OF_MODE], "broken contact points"))

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.projections.polar import PolarAxes
 
-from grainlaw.columns import TIME, course
+from grainlaw.columns import TIME
 from grainlaw.drawing.figure import Figure, given_or_new, to_scale
 from grainlaw.drawing.grains import FILLS
 from grainlaw.drawing.palette import BLACK, BLUE, GREEN, ORANGE, PURPLE
@@ -85,7 +85,7 @@ def draw_thresholds(axes: Axes, laboratory: Laboratory) -> None:
 
 def _along(laboratory: Laboratory) -> tuple[np.ndarray, str]:
     """Values of the horizontal axis, and its label."""
-    name = course(laboratory.result.curves)
+    name = TIME if laboratory.result.begins else laboratory.result.course  # of the whole run
     return laboratory.result.shown(name), laboratory.result.quantity(name).heading
 
 
