@@ -72,6 +72,19 @@ def test_a_mineral_names_its_kind_where_that_of_the_rock_is_another():
     assert materials(rock, {}) == (rock, {})
 
 
+def test_minerals_that_are_whole_need_no_rock():
+    """As in a test of heating, whose rock has an expansion that only the user can give."""
+    expands = {"type": "thermal", "material": {"type": "elastic", "youngs_modulus": 9e10, "poissons_ratio": 0.1,
+               "density": 2650}}  # fmt: skip
+    rocks = {"quartz": expands | {"expansion": 1e-5}, "mica": expands | {"expansion": 2e-5}}
+    given = {"sample": {"grains": 20, "minerals": {"quartz": 0.5, "mica": 0.5}}, "rocks": rocks, "test": {"to": 100}}
+    found = configured("heating", given).specimen
+    assert [found.material_of(k).expansion.coefficient for k in range(2)] == [1e-5, 2e-5]
+    assert found.material[...] == found.material_of(0)
+    with pytest.raises(gl.ParameterError, match=r"rock\.expansion \(1/K\) is missing"):
+        configured("heating", given | {"rocks": {"quartz": rocks["quartz"]}})
+
+
 def test_the_sections_make_the_same_again():
     first = made()
     again = configured("uniaxial-tension", tomllib.loads(toml(first.sections)))

@@ -199,10 +199,21 @@ def _of_setup(name: Any, sections: Sections, quick: bool) -> tuple[Setup, Sectio
         raise ParameterError(f"test.type = {other!r} is not allowed, the test is {name}")
     if is_rock(given["rock"].get("type")):
         given = over_rock(rock_file(given["rock"]["type"]), given, setup.quick if quick else setup.sample, quick)
+    if not given["rock"]:
+        given["rock"] = _of_whole_minerals(given)
     for section, usual in (("rock", setup.rock), ("law", setup.law)):
         if "type" not in given[section]:
             given[section] = {**usual, **given[section]}
     return setup, given, files
+
+
+def _of_whole_minerals(given: Sections) -> dict[str, Any]:
+    """The rock of the first mineral where [rocks] has the type of each: nothing is missing then. Else an empty one."""
+    minerals, rocks = given["sample"].get("minerals"), given["rocks"]
+    if not isinstance(minerals, Mapping) or not minerals:
+        return {}
+    whole = [rocks[name] for name in minerals if isinstance(rocks.get(name), Mapping) and "type" in rocks[name]]
+    return dict(whole[0]) if len(whole) == len(minerals) else {}
 
 
 def _without_cite(rock: dict[str, Any]) -> tuple[dict[str, Any], tuple[str, ...]]:
