@@ -200,9 +200,10 @@ def test_what_has_not_failed_has_no_strength():
 def judged(asked=math.inf, law=BRITTLE, damaged=(), **summary):
     """Doubts about a test that recorded nothing else."""
     loading = SimpleNamespace(imbalance=asked)
+    curves = {"damaged": np.array(damaged)}
     return list(doubts(SimpleNamespace(
-        summary=summary, law=law, curves={"damaged": np.array(damaged)}, protocol=SimpleNamespace(loading=loading),
-        stages=(), quantity=quantity_of,
+        summary=summary, law=law, curves=curves, protocol=SimpleNamespace(loading=loading), stages=(),
+        quantity=quantity_of, of_test=lambda: SimpleNamespace(curves=curves),
     )))  # fmt: skip
 
 
