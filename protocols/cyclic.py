@@ -69,6 +69,10 @@ class Cyclic(LoadingProtocol):
     def measure(self, state: State) -> dict[str, float]:
         return self.test.measure(state)
 
+    def begins(self, curves: Curves) -> int:
+        """As the other test."""
+        return self.test.begins(curves)
+
     def counted(self, curves: Curves, first: int) -> Curves:
         """As the other test."""
         return self.test.counted(curves, first)

@@ -22,7 +22,7 @@ from grainlaw.messages import refusal
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import require_boundaries
 from grainlaw.protocols.measures import vibration_share
-from grainlaw.protocols.preliminary import after_stages, counted_after, samples_before
+from grainlaw.protocols.preliminary import after_stages, begins_after, counted_after, samples_before
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
@@ -160,7 +160,7 @@ class Heating(LoadingProtocol):
         hot = slice(samples_before(curves, len(self.to)))  # without its rest
         found = {
             "highest_temperature": float(curves[TEMPERATURE].max()),
-            "thermal_cracks": int(cracks(curves)[: self.begins(curves) or None][-1]),
+            "thermal_cracks": int(cracks(curves)[: samples_before(curves, self._before)][-1]),
             "heating_kinetic_ratio": vibration_share(curves, hot),
         }
         if self.test is None:
@@ -174,7 +174,7 @@ class Heating(LoadingProtocol):
 
     def begins(self, curves: Curves) -> int:
         """After the heating."""
-        return samples_before(curves, self._before) if self.test is not None else 0
+        return begins_after(self.test.begins, curves, self._before) if self.test is not None else 0
 
     def counted(self, curves: Curves, first: int) -> Curves:
         """As of any test; strains and cracks count from the beginning of the test, as in its summary."""

@@ -26,6 +26,12 @@ def after_stages(curves: Curves, stages: int) -> dict[str, np.ndarray]:
     return after
 
 
+def begins_after(begins: Callable[[Curves], int], curves: Curves, stages: int) -> int:
+    """Number of the sample with which a test begins that comes after ``stages``; its own ones may prepare, too."""
+    end = samples_before(curves, stages)
+    return end + begins(after_stages(curves, stages)) if end < len(curves[STAGE]) else end
+
+
 def counted_after(counted: Counted, curves: Curves, first: int, stages: int) -> Curves:
     """What the conditions of a stage see whose first sample is ``first``, of a test that comes after ``stages``."""
     end = samples_before(curves, stages)

@@ -16,7 +16,7 @@ from grainlaw.loads import BoundaryLoad, Drive, Driven, FluidPressure, Hold, Pre
 from grainlaw.messages import enumeration, refusal
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import require_boundaries
-from grainlaw.protocols.preliminary import after_stages, counted_after, samples_before
+from grainlaw.protocols.preliminary import after_stages, begins_after, counted_after
 from grainlaw.protocols.uniaxial import UniaxialCompression
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
@@ -105,7 +105,7 @@ class Saturated(LoadingProtocol):
 
     def begins(self, curves: Curves) -> int:
         """When the specimen rests in the fluid, where a stage of its own brings that about."""
-        return samples_before(curves, _stages_before(curves))
+        return begins_after(self.test.begins, curves, _stages_before(curves))
 
     def counted(self, curves: Curves, first: int) -> Curves:
         """As the test; strains and cracks count from its beginning, as in its summary."""
