@@ -188,6 +188,15 @@ def test_a_loop_that_does_not_end_is_refused_with_its_place(monkeypatch):
             ask(Endless())
 
 
+def test_a_compiled_trace_asks_for_endless_loops_too(monkeypatch):
+    """An interpreted one can be interrupted."""
+    asked, law = [], gl.laws.Linear(kn=1e14, ks=1e14)
+    monkeypatch.setattr(driver, "refuse_endless", asked.append)
+    for compiled in (False, True):
+        gl.trace(law, 1e-9, 0.0, compiled=compiled)
+    assert asked == [law]
+
+
 @pytest.mark.thorough
 def test_a_loop_that_ends_runs_in_a_thread_of_its_own_with_the_same_numbers():
     from grainlaw.compiler.batch import compile_law

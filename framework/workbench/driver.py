@@ -208,6 +208,8 @@ def trace(law: ContactLaw, opening: Any, slip: Any, *, compiled: bool = False, t
             "numbers or (i,) arrays of equal length"
         )
     checked_number("trace: time_step", time_step, "s", at_least=0)
+    if compiled:
+        refuse_endless(law)  # what is interpreted can be interrupted
     points = np.stack(np.broadcast_arrays(*map(np.atleast_1d, ends)), axis=1)
     return Contact(law, compiled=compiled, raises=True, time_step=time_step).trace(points.tolist())
 
