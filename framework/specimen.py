@@ -246,6 +246,11 @@ class Specimen(metaclass=Checked):
         return distance / self.shear_wave_speed if self.shear_wave_speed > 0 else 0.0
 
     @property
+    def longest_passage(self) -> float:
+        """s, in which a shear wave passes the longer side of the specimen; 0 where no waves run."""
+        return self.passage(float(np.ptp(self.mesh.nodes, axis=0).max()))
+
+    @property
     def vicinity(self) -> tuple[float, float]:
         """Two grain sizes (m; roots of their mean area), and the time (s) in which a shear wave passes them, or 0."""
         distance = 2 * self.grains.mean_size

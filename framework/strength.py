@@ -57,7 +57,7 @@ def borne(load: np.ndarray, deformation: np.ndarray, stage: np.ndarray) -> Borne
     way = deformation[first:] - (deformation[first - 1] if first else 0.0)
     highest = np.maximum.accumulate(load[first:])
     fresh = np.flatnonzero(way >= np.maximum.accumulate(np.append(0.0, way))[:-1])
-    stopped = [_stopped(part, way, load[first:]) for part in np.split(fresh, _begin(stage[first:][fresh]))]
+    stopped = [_stopped(part, way, load[first:]) for part in np.split(fresh, stage_begins(stage[first:][fresh]))]
     is_new = np.append(True, load[first:][1:] > highest[:-1])
     sample = np.arange(len(way))
     top = np.maximum.accumulate(np.where(is_new, sample, 0))  # where it was the highest for the first time
@@ -73,7 +73,7 @@ def borne(load: np.ndarray, deformation: np.ndarray, stage: np.ndarray) -> Borne
     return Borne(failed=True, at=first + int(top[failed.min()]), largest=largest)
 
 
-def _begin(stage: np.ndarray) -> np.ndarray:
+def stage_begins(stage: np.ndarray) -> np.ndarray:
     """Where a stage begins after another."""
     return np.flatnonzero(np.diff(stage)) + 1
 

@@ -188,7 +188,7 @@ class Jointed(Tessellator):
 
     def _warn_of_units(self, region: Region) -> None:
         """Warn of a set of which no trace comes near the region, as one in mm."""
-        low, high = region.outline.min(axis=0), region.outline.max(axis=0)
+        low, high = region.bounds
         for name, traces in self.traces.items():
             if all((trace.max(axis=0) < low).any() or (trace.min(axis=0) > high).any() for trace in traces):
                 words = (

@@ -63,8 +63,7 @@ class Excavation(LoadingProtocol):
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         require_boundaries(specimen, "Excavation", self.opening)
         sides = [name for name in specimen.mesh.boundaries if name != self.opening]
-        longest = float(np.ptp(specimen.mesh.nodes, axis=0).max())
-        slowly = PASSAGES * specimen.passage(longest) or RIGID
+        slowly = PASSAGES * specimen.longest_passage or RIGID
         release = self.release or slowly
         limit = MOST * math.ceil(self.samples * max(1.0, slowly / release))
         stress, interval = (self.xx, self.yy, self.xy), release / self.samples

@@ -116,7 +116,7 @@ class Heating(LoadingProtocol):
             before = temperature
         if self.test is None:
             return heating
-        passage = specimen.passage(float(np.ptp(specimen.mesh.nodes, axis=0).max()))
+        passage = specimen.longest_passage
         rest = Stage(
             name="rest", loads=drives, until=[AtRest(RESTS), Lasts(PASSAGES * passage)], interval=passage / SAMPLES,
             sample_limit=MOST, integrator=self.integrator,

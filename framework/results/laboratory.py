@@ -17,7 +17,7 @@ from grainlaw.quantity import digits_that_count
 from grainlaw.results.acoustic import AcousticEvents, acoustic_events
 from grainlaw.results.crack_pattern import FailurePlane, Rose, crack_lengths, crack_rose, failure_plane
 from grainlaw.results.fragments import Fragments, fragments
-from grainlaw.results.measure import Measure, check_measures, found
+from grainlaw.results.measure import Measure, check_measures, found, lacks_frames
 from grainlaw.results.measured import MeasuredCurve
 from grainlaw.results.result import Named, Result
 from grainlaw.results.standard_measures import MEASURES
@@ -241,8 +241,8 @@ class Laboratory(metaclass=Checked):
         for measure in measures:
             if measure in absent or measure in alone or not np.isnan(self.properties[measure.name]):
                 continue
-            lacks = measure.of_frames and not self.is_measured and not self.result.frames
-            if why := "the result was saved without frames, as by a study" if lacks else measure.why(self):
+            lacks = "the result was saved without frames, as by a study" if lacks_frames(measure, self) else ""
+            if why := lacks or measure.why(self):
                 reasons.setdefault(why, []).append(measure.quantity.words)
         return reasons
 

@@ -110,11 +110,16 @@ def check_measures(laboratory: Laboratory, attribute: object, measures: Sequence
         raise ParameterError(f"Laboratory: measures: two are named {twice[0]!r}, each must have a name of its own")
 
 
+def lacks_frames(measure: Measure, laboratory: Laboratory) -> bool:
+    """Whether a measure needs frames, and the result was saved without them."""
+    return measure.of_frames and not laboratory.is_measured and not laboratory.result.frames
+
+
 def found(measure: Measure, laboratory: Laboratory) -> float:
     """Value of a measure, nan without the columns it needs. Raises :class:`ParameterError` if it is not a number."""
     if missing(laboratory.result.curves, measure.needs) or (laboratory.is_measured and not measure.of_curves):
         return float("nan")
-    if measure.of_frames and not laboratory.result.frames:
+    if lacks_frames(measure, laboratory):
         return float("nan")
     value = measure.find(laboratory)
     if not isinstance(value, Real) or isinstance(value, bool):

@@ -10,7 +10,7 @@ import numpy as np
 from grainlaw.columns import DEVIATOR, LATERAL_STRAIN, STAGE, STRAIN, STRESS, TIME, VOLUMETRIC_STRAIN
 from grainlaw.fields import ParameterError
 from grainlaw.moduli import slope
-from grainlaw.strength import FALL, borne_in
+from grainlaw.strength import FALL, borne_in, stage_begins
 
 NAN = float("nan")
 NOT_COMPRESSED = "the specimen has not become shorter"
@@ -97,7 +97,7 @@ def path_to_peak(curves: Mapping[str, np.ndarray], *, laterals: int = 1, tension
 def _unloads(load: np.ndarray, strain: np.ndarray, stage: np.ndarray) -> np.ndarray:
     """(t,) whether a sample is of a stage in which the load has not grown, and falls with the strain."""
     way, found = np.abs(strain - strain[0]), []
-    for part in np.split(np.arange(len(stage)), np.flatnonzero(np.diff(stage)) + 1):
+    for part in np.split(np.arange(len(stage)), stage_begins(stage)):
         top = part[np.argmax(load[part])]
         falls = load[part[0]] > (1 - FALL) * load[top] and way[part[-1]] < way[top]
         found.append(np.full(len(part), falls))

@@ -112,7 +112,7 @@ def _state(record: Mapping[str, Any], path: Path) -> tuple[str, str]:
     writes = status == FINISHED and "command" in record and (path / CHECKPOINT).exists()  # which it removes in the end
     if status == FINISHED and not writes:
         return FINISHED, ""
-    if status != RUNNING and not writes:
+    if status not in (RUNNING, FINISHED):
         unknown = status == UNKNOWN
         return UNKNOWN if unknown else STOPPED if record.get("stopped") else FAILED, "" if unknown else status
     files = [*path.glob("*.*"), *path.glob("*/curves.csv")]

@@ -54,11 +54,10 @@ def draw_curves(axes: Axes, results: Mapping[str, Result]) -> None:
     Several columns of a panel differ by their lines.
     """
     panel = common_panel(results)
-    results = _of_test(results, panel.over)
     if len(panel.columns) > 1:
         _draw(axes, panel, results)
         return
-    column = panel.columns[0]
+    column, results = panel.columns[0], _of_test(results, panel.over)
     for k, (name, result) in enumerate(results.items()):
         x, y = map(result.shown, panel.names)
         look: dict[str, Any] = {"color": color(k), "marker": marker(k), "markersize": 6}

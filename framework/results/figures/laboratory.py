@@ -39,8 +39,8 @@ def plot_laboratory(laboratory: Laboratory) -> Figure:
     """
     figure = Figure(figsize=(18, 9.5), layout="constrained")
     drawn = [name for name in PANELS if laboratory.result.frames or name not in OF_FRAMES]
-    for k, (name, draw) in enumerate(((name, PANELS[name]) for name in drawn), 1):
-        draw(figure.add_subplot(2, 4, k, projection="polar" if name == "rose" else None), laboratory)
+    for k, name in enumerate(drawn, 1):
+        PANELS[name](figure.add_subplot(2, 4, k, projection="polar" if name == "rose" else None), laboratory)
     return figure
 
 
