@@ -131,7 +131,8 @@ class Stage(metaclass=Checked):
     #: the whole test ends here when one of them is fulfilled, as where a specimen fails before it should
     ends_test: Sequence[Condition] = ()
     interval: float = parameter("s")  #: time between samples; with a loading that at 1 m/s or 1 K/s, so m or K
-    #: into which a sample is divided in which contacts are damaged, so that a strength does not depend on ``interval``
+    #: into which a sample is divided at most in which contacts are damaged, so that a strength does not depend on
+    #: ``interval``; less where a loading has come so far that a piece is a small share of its way
     pieces: int = whole_number(default=1, at_least=1)
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
     #: the run stops with an error after so many samples; unless given, 20 times those expected, or 100,000

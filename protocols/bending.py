@@ -16,6 +16,7 @@ from grainlaw.fields import parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.loads import Drive
+from grainlaw.mesh import Mesh
 from grainlaw.moduli import work
 from grainlaw.protocols.between_platens import UntilFailure, refuse_platens, require_boundaries
 from grainlaw.protocols.measures import certificate, failure_of, size
@@ -24,6 +25,7 @@ from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 from grainlaw.strength import Until, strength_of
 
+FINE = 20_000  #: samples of the whole way where contacts are damaged: a beam fails long before it has parted
 SUPPORTS = ("support_left", "support_right")
 QUANTITIES = (
     Quantity("deflection", "µm", meaning="of the load against the supports"),
@@ -68,7 +70,7 @@ class _Bending(UntilFailure):
                     *(Drive(boundary=support, axis=1, speed=0.0, roller=True) for support in SUPPORTS),
                 ],
                 until=[Reaches("deflection", self.maximum_deflection), *fallen],
-                **self.sampling(self.maximum_deflection),
+                **self.sampling(self.maximum_deflection, finest=FINE),
             )
         ]
 
@@ -78,7 +80,8 @@ class _Bending(UntilFailure):
         ``force_top`` is the load, ``force_bottom`` the reaction of both supports, ``force`` the mean of the two. There
         is no column ``stress``: a force over its small bearing face is not the stress in the beam.
         """
-        load, *supports = (float(state.displacement[state.mesh.middle(name), 1].mean()) for name in ("load", *SUPPORTS))
+        moved = state.mean_displacement
+        load, *supports = (float(moved[state.mesh.middle(name), 1].mean()) for name in ("load", *SUPPORTS))
         top = -float(state.reaction("load")[1])
         bottom = sum(float(state.reaction(support)[1]) for support in SUPPORTS)
         row = {
@@ -88,7 +91,7 @@ class _Bending(UntilFailure):
             "force_bottom": bottom,
         }
         if "notch" in state.mesh.boundaries:
-            row["mouth"] = mouth_opening(state)
+            row["mouth"] = mouth_opening(state.mesh, moved)
         return row
 
     def _summary(
@@ -164,13 +167,13 @@ def shape_factor(depth: float, span: float) -> float:
     return -1.297 + 9.516 * span + linear + (1.071 + 34.401 * span) * depth**2
 
 
-def mouth_opening(state: State) -> float:
-    """m, change of the distance between the two lowest corners of the notch."""
-    nodes = state.mesh.boundaries["notch"]
-    place = state.mesh.nodes[nodes]
+def mouth_opening(mesh: Mesh, displacement: np.ndarray) -> float:
+    """m, change of the distance between the two lowest corners of the notch; ``displacement`` is (i, 2) m."""
+    nodes = mesh.boundaries["notch"]
+    place = mesh.nodes[nodes]
     lowest = np.flatnonzero(place[:, 1] <= place[:, 1].min() + 1e-9 * np.ptp(place[:, 1]))
     left, right = lowest[np.argmin(place[lowest, 0])], lowest[np.argmax(place[lowest, 0])]
-    return float(state.displacement[nodes[right], 0] - state.displacement[nodes[left], 0])
+    return float(displacement[nodes[right], 0] - displacement[nodes[left], 0])
 
 
 def ligament(specimen: Specimen) -> float:

@@ -73,10 +73,13 @@ class UntilFailure(LoadingProtocol):
         falls = FailsTo if after_break else FallsTo
         return [falls(load, self.stop_fraction)] if self.stop_fraction else []
 
-    def sampling(self, travel: float) -> dict[str, Any]:
-        """How a stage is loaded and sampled whose drives part or approach by at most ``travel`` (m)."""
+    def sampling(self, travel: float, finest: int = FINE) -> dict[str, Any]:
+        """How a stage is loaded and sampled whose drives part or approach by at most ``travel`` (m).
+
+        Where contacts are damaged, samples become as short as ``finest`` of them on the whole way would be.
+        """
         interval = travel / self.samples
-        expected, pieces = self.samples + self.loading.delay(interval), max(1, round(FINE / self.samples))
+        expected, pieces = self.samples + self.loading.delay(interval), max(1, round(finest / self.samples))
         return {
             "loading": self.loading, "interval": interval, "expected": expected, "pieces": pieces,
             "integrator": self.integrator,
@@ -132,7 +135,7 @@ def measure_between_platens(state: State, sign: float, gauges: Gauges) -> dict[s
     width, _ = size(state.specimen)
     top = sign * state.reaction("top")[1] / width
     bottom = -sign * state.reaction("bottom")[1] / width
-    lateral, axial = gauges.strains(state.specimen, state.displacement)
+    lateral, axial = gauges.strains(state.specimen, state.mean_displacement)
     return {
         STRAIN: sign * axial_strain(state),
         STRESS: (top + bottom) / 2,

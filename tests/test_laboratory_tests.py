@@ -101,6 +101,42 @@ def test_an_elastic_beam_bends_as_its_zones_do():
     assert result.summary["largest_flexural_strength"] == pytest.approx(moment / ((10 * mm) ** 2 / 6), rel=1e-9)
 
 
+NOTCHED = notched_beam(50 * mm, 10 * mm, span=SPAN, notch_depth=3 * mm, notch_width=1 * mm, bearing=BEARING)
+
+
+@pytest.mark.parametrize(
+    ("region", "test", "load", "motions"),
+    [
+        (
+            rectangle(10 * mm, 20 * mm), UniaxialCompression(maximum_strain=1e-4, samples=10), "stress",
+            ("strain", "strain_points", "lateral_strain"),
+        ),
+        (NOTCHED, ThreePointBending(maximum_deflection=1e-5, samples=10), "force", ("deflection", "mouth")),
+    ],
+    ids=["prism", "beam"],
+)  # fmt: skip
+def test_loads_and_motions_are_means_over_the_same_steps(region, test, load, motions):
+    """An elastic specimen is as stiff in the first of few samples as in the last: by the end of it, half as stiff."""
+    specimen = gl.Specimen(Voronoi(grains=40, seed=1).tessellate(region), ROCK)
+    curves = gl.simulate(specimen, LINEAR, test).curves
+    for motion in motions:
+        stiffness = curves[load][1:] / curves[motion][1:]
+        assert stiffness == pytest.approx(stiffness[-1], rel=0.02), motion
+
+
+@pytest.mark.thorough
+def test_a_beam_is_as_strong_however_far_it_may_bend():
+    """Where its way is mostly that in which a failed beam parts, it breaks within few of the samples asked for."""
+    specimen = gl.Specimen(Voronoi(grains=40, seed=1).tessellate(NOTCHED), ROCK)
+    law = MohrCoulomb(**STIFF, tensile_strength=9e6, cohesion=29e6, friction_angle=55, residual_friction_angle=30)
+    test = ThreePointBending(until=gl.Until.FAILURE)
+    near, far = (
+        gl.simulate(specimen, law, attrs.evolve(test, maximum_deflection=limit)).summary for limit in (10e-6, 200e-6)
+    )
+    assert far["failure_deflection"] < 200e-6 / 40
+    assert far["flexural_strength"] == pytest.approx(near["flexural_strength"], rel=0.005)
+
+
 def force_through(result, x):
     """N/m, upwards, with which the contacts that a section at ``x`` passes pull what lies left of it, at the end."""
     grains, nodes = result.specimen.grains, result.mesh.nodes[result.interfaces]

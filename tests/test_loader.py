@@ -191,7 +191,7 @@ def test_a_sample_is_taken_again_where_the_loading_asks_for_it():
 
 
 def test_samples_have_as_many_steps_as_the_speed_asks_for_and_pieces_while_a_motion_is_soft():
-    stage = SimpleNamespace(interval=0.1)
+    stage = SimpleNamespace(interval=0.1, pieces=15)
     assert loader().steps(stage) == 50
     assert loader().steps(stage, 4) == 12
     assert loader(pace=1e9).steps(stage) == 1
@@ -200,11 +200,14 @@ def test_samples_have_as_many_steps_as_the_speed_asks_for_and_pieces_while_a_mot
     assert heated.steps(stage) == 72
     heated._state.heat = SimpleNamespace(sign=-1, target=20.0, temperature=20.16)
     assert heated.steps(stage) == 50
-    assert loader().pieces(stage) == 1
+    assert loader().pieces(stage, False) == 1
     soft = attrs.evolve(SEEN, settled=1.0)
-    assert loader(soft).pieces(stage) == 4  # 0.1 over 0.004 of 7
-    assert loader(attrs.evolve(soft, way=0.5)).pieces(stage) == 10
-    assert loader(attrs.evolve(soft, fallen=True)).pieces(stage) == 1
+    assert loader(soft).pieces(stage, False) == 4  # 0.1 over 0.004 of 7
+    assert loader(attrs.evolve(soft, way=0.5)).pieces(stage, False) == 10
+    assert loader(attrs.evolve(soft, fallen=True)).pieces(stage, False) == 1
+    for way, pieces in ((0.0, 15), (1.0, 15), (7.0, 12), (39.0, 3), (100.0, 1)):  # 0.1 over 1/800 of it, at most 15
+        assert loader(attrs.evolve(SEEN, way=way)).pieces(stage, True) == pieces
+    assert loader(attrs.evolve(soft, way=7.0)).pieces(stage, True) == 12
 
 
 def test_a_stage_usually_ends_after_its_samples_at_the_speed_of_its_loading():
@@ -438,8 +441,9 @@ def test_a_stage_that_begins_goes_on_with_the_largest_work(supplied, least, foun
         (10, [5, 6, 6, 6, 6], [1, 1, 10, 10, 1], [5, 6, 6, 6]),
         (10, [6, 6, 7, 8, 8, 8], [1, 10, 10, 10, 10, 1], [6, 7, 8, 8, 8]),
         (1, [5, 6, 7], [1, 1, 1], [5, 6, 7]),
+        (250, [6, 6, 6, 6, 6], [1, 250, 250, 25, 2], [6, 6, 6, 6]),
     ],
-    ids=["once", "again", "whole samples"],
+    ids=["once", "again", "whole samples", "no sample is more than ten times as long as the one before"],
 )
 def test_a_sample_in_which_damage_grows_is_done_again_in_pieces(pieces, damage, asked, kept, monkeypatch):
     """By the damage after each advance; that the specimen was damaged before, by 5, is no reason."""
@@ -462,7 +466,7 @@ def test_a_sample_in_which_damage_grows_is_done_again_in_pieces(pieces, damage, 
     run.stepper = SimpleNamespace(do=lambda steps: None, advance=advance)
     run.loader = SimpleNamespace(
         steps=lambda stage, pieces: pieces, look=1, accepts=lambda *_: True, go_on=lambda stage: None,
-        pieces=lambda stage: 1,
+        pieces=lambda stage, is_damaged: stage.pieces if is_damaged else 1,
     )  # fmt: skip
     run.moment = lambda: run.state.damage
     run._return_to = lambda moment: setattr(run.state, "damage", moment)

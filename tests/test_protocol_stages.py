@@ -166,7 +166,7 @@ def test_a_beam_is_bent_on_rollers():
     region = notched_beam(length=0.1, height=0.02, span=0.08, notch_depth=0.005, notch_width=0.002, bearing=0.004)
     specimen = gl.Specimen(Voronoi(grains=40, seed=1).tessellate(region), ROCK)
     stage = gl.Stage(
-        name="bend", **WAY, until=[Reaches("deflection", 160e-6), FailsTo("force", 0.05)],
+        name="bend", **{**WAY, "pieces": 500}, until=[Reaches("deflection", 160e-6), FailsTo("force", 0.05)],
         loads=[
             drive("load", 1, -1.0, roller=True), drive("load", 0, 0.0, roller=True),
             *(drive(name, 1, 0.0, roller=True) for name in ("support_left", "support_right")),

@@ -268,6 +268,11 @@ class State(metaclass=Checked):
         return self.nodes.arrays.displacement.T
 
     @property
+    def mean_displacement(self) -> np.ndarray:
+        """(i, 2) m where forces act, averaged over the steps since the last sample, as reactions are."""
+        return self.boundaries.mean_displacement(self.displacement_at_forces()).T
+
+    @property
     def positions(self) -> np.ndarray:
         """(i, 2) m."""
         return self.mesh.nodes + self.displacement
@@ -341,7 +346,7 @@ class State(metaclass=Checked):
         Raises :class:`ParameterError` for a boundary that is not there.
         """
         self._check_boundary("moved", boundary)
-        return self.boundaries.moved(boundary, self.displacement_at_forces())
+        return self.mean_displacement[self.mesh.boundaries[boundary]].mean(axis=0)
 
     def _check_boundary(self, where: str, boundary: str) -> None:
         if boundary not in self.mesh.boundaries:

@@ -36,7 +36,7 @@ from grainlaw.results.frames import Frame, FrameClock, FrameRecorder, take_frame
 from grainlaw.results.result import Result
 from grainlaw.runs.checkpoint import Checkpoint, Counters, SavedMoment
 from grainlaw.runs.estimate import warn_of_cost
-from grainlaw.runs.loader import Loader
+from grainlaw.runs.loader import MOST, Loader
 from grainlaw.runs.progress import without_bars
 from grainlaw.runs.run_folder import RunFolder
 from grainlaw.runs.stepper import Stepper
@@ -160,17 +160,17 @@ class Execution:
                 found = energies(state)
             self._check(found, moment, stage, steps)
             grown = stage.pieces > 1 and state.damage != damage
-            if grown and self.at.pieces < stage.pieces:  # again, to see the load before it falls
+            if grown and self.at.pieces < (pieces := self.loader.pieces(stage, grown)):
                 self._return_to(moment)
-                self.at.pieces = stage.pieces
-                continue
+                self.at.pieces = pieces
+                continue  # again, to see the load before it falls
             if not self.loader.accepts(stage, found, began):
                 self._return_to(moment)
                 self.loader.repeat(stage)
                 continue
             self._record(found)
             self.loader.go_on(stage)
-            self.at.pieces = max(stage.pieces if grown else 1, self.loader.pieces(stage))
+            self.at.pieces = max(self.loader.pieces(stage, grown), self.at.pieces // MOST)
             if self._observe(stage) >= 1:
                 self._warn_of_haste(stage)
                 self.at.finished = self.at.stage == len(self.stages) - 1 or self._ends_test(stage)

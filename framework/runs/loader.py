@@ -31,7 +31,9 @@ ASKED = 1 / 100  #: of the span of a stage: the stability margin is asked for ag
 FARTHER = 0.15  #: of the way so far, while no contact is damaged; sooner where it falls by
 LOWER = 0.1  #: of it, and at every sample while the softest motion is settled: from a margin on that is below
 SOFT = 0.2
-SHORT, MOST = 0.004, 10  #: of the way so far: between two times that a motion is settled; pieces of a sample
+SHORT = 0.004  #: of the way so far: between two times that a motion is settled
+MOST = 10  #: pieces of a sample for it; times that a sample is as long as the one before
+FINE = 1 / 800  #: of the way so far: the smallest piece of a sample in which contacts are damaged
 EXACT = 1e-7  #: to which the static solution is rounded, so that it does not depend on how it was solved
 
 
@@ -192,11 +194,13 @@ class Loader:
         """What is recorded of it at a sample that counts."""
         return {STABILITY: self._new.stability, IMBALANCE: self._new.imbalance}
 
-    def pieces(self, stage: Stage) -> int:
-        """Into how many the next sample is divided, so that the load grows by little until a soft motion is settled."""
-        soft = self._seen.settled > 0 and not self._seen.fallen
-        wanted = math.ceil(stage.interval / (SHORT * self._seen.way)) if soft else 1
-        return min(wanted, MOST)
+    def pieces(self, stage: Stage, is_damaged: bool) -> int:
+        """Into how many a sample is divided: where contacts are damaged, and until a soft motion is settled."""
+        way, soft = self._seen.way, self._seen.settled > 0 and not self._seen.fallen
+        damaged = stage.pieces if is_damaged else 1
+        if way > 0:
+            damaged = min(damaged, math.ceil(stage.interval / (FINE * way)))
+        return max(damaged, min(math.ceil(stage.interval / (SHORT * way)), MOST) if soft else 1)
 
     def _ask_margin(self, loading: Loading, seen: _Seen) -> _Seen:
         """Find the margin, if it may have changed since it was asked for."""

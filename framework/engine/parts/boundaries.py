@@ -18,7 +18,7 @@ class BoundaryBooks(NamedTuple):
     """What is recorded between samples."""
 
     samples: Changing  #: (1,) steps since the last sample
-    start: Changing  #: (b, 2) m, mean displacement of each named boundary at the last sample
+    start: Changing  #: (2, i) m, displacement of the nodes at the last sample
 
 
 class Boundaries(Part):
@@ -26,9 +26,8 @@ class Boundaries(Part):
 
     def __init__(self, mesh: Mesh, nodes: Nodes, drives: Drives) -> None:
         self._mesh, self._nodes, self._drives = mesh, nodes, drives
-        self._number = {name: k for k, name in enumerate(mesh.boundaries)}
         self._columns: list[tuple[int, Driven]] = []
-        self.books = BoundaryBooks(np.zeros(1, dtype=np.int64), np.zeros((len(self._number), 2)))
+        self.books = BoundaryBooks(np.zeros(1, dtype=np.int64), np.zeros_like(nodes.arrays.displacement))
 
     def begin(self, imposed: Imposed, at: Moment) -> None:
         self._columns = [(imposed.column(drive), drive) for drive in imposed.of(Driven)]
@@ -52,22 +51,15 @@ class Boundaries(Part):
                 result[drive.axis] = driven.total[driven.column == column].sum() / steps
         return result
 
-    def _mean(self, boundary: str, displacement: np.ndarray) -> np.ndarray:
-        return displacement.T[self._mesh.boundaries[boundary]].mean(axis=0)
-
-    def moved(self, boundary: str, at_forces: np.ndarray) -> np.ndarray:
-        """(2,) m: mean displacement of a boundary, averaged over the forces since the last sample.
-
-        Nodes are displaced by ``at_forces`` (2, i) m at the last of them.
-        """
-        return (self.books.start[self._number[boundary]] + self._mean(boundary, at_forces)) / 2
+    def mean_displacement(self, at_forces: np.ndarray) -> np.ndarray:
+        """(2, i) m of the nodes, averaged over the forces since the last sample; ``at_forces`` (2, i) at the last."""
+        return (self.books.start + at_forces) / 2
 
     def new_sample(self) -> None:
         """Begin a new interval over which means are taken."""
         self._drives.arrays.total[:] = 0.0
         self.books.samples[0] = 0
-        for name, k in self._number.items():
-            self.books.start[k] = self._mean(name, self._nodes.arrays.displacement)
+        self.books.start[:] = self._nodes.arrays.displacement
 
     def forces_on_rigid_nodes(self) -> np.ndarray:
         """(2, i) N on the nodes of rigid grains: a grain's reaction, spread evenly over its nodes on the boundary."""
