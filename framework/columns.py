@@ -29,12 +29,14 @@ STABILITY, IMBALANCE = "stability", "imbalance"
 
 #: the energies below are recorded in every test, too
 EVERY_TEST = (
-    Quantity(TIME, "s", meaning="since the start"),
+    Quantity(TIME, "s", meaning="since the start", counts=True),
     Quantity(STEP, meaning="number of steps"),
     Quantity(STAGE, meaning="number of the stage, from 0"),
-    Quantity(TENSILE_CRACKS, form=".0f", meaning="contact points that have broken in tension", is_main=True),
-    Quantity(SHEAR_CRACKS, form=".0f", meaning="contact points that have broken in shear", is_main=True),
-    Quantity(DAMAGED, meaning="contact points with any damage"),
+    Quantity(
+        TENSILE_CRACKS, form=".0f", meaning="contact points that have broken in tension", is_main=True, counts=True
+    ),
+    Quantity(SHEAR_CRACKS, form=".0f", meaning="contact points that have broken in shear", is_main=True, counts=True),
+    Quantity(DAMAGED, meaning="contact points with any damage", counts=True),
     Quantity(UNBALANCED, meaning="mean unbalanced force over mean force of contacts and fluids, 0 at rest"),
     Quantity(
         LOADING_SPEED, meaning="by which the speeds of all drives were multiplied (m/s), or K/s; 1 without a loading"
@@ -95,12 +97,15 @@ LATERAL_STRAIN, VOLUMETRIC_STRAIN, DEVIATOR = "lateral_strain", "volumetric_stra
 
 #: pictures, comparisons, thresholds and moduli look for them
 BETWEEN_ENDS = (
-    Quantity(STRAIN, "%", form=".4f", meaning="change of height over height, positive in the direction of loading"),
+    Quantity(
+        STRAIN, "%", form=".4f", meaning="change of height over height, positive in the direction of loading",
+        counts=True,
+    ),
     Quantity(STRESS, "MPa", form=".2f", meaning="mean of both ends, positive in the direction of loading"),
     Quantity(STRESS_TOP, "MPa", form=".2f", meaning="at the upper end"),
     Quantity(STRESS_BOTTOM, "MPa", form=".2f", meaning="at the lower end"),
-    Quantity(LATERAL_STRAIN, "%", form=".4f", meaning="change of width over width, extension positive"),
-    Quantity(VOLUMETRIC_STRAIN, "%", form=".4f", meaning="change of area over area, extension positive"),
+    Quantity(LATERAL_STRAIN, "%", form=".4f", meaning="change of width over width, extension positive", counts=True),
+    Quantity(VOLUMETRIC_STRAIN, "%", form=".4f", meaning="change of area over area, extension positive", counts=True),
     Quantity(
         DEVIATOR, "MPa", form=".2f",
         meaning="stress less the confinement; the stress counts as the load where a test has no deviator",
@@ -273,18 +278,14 @@ def _names(value: Sequence[str]) -> tuple[str, ...]:
     return found
 
 
-#: what a test counts from its own beginning, where stages come before it that only prepare the specimen
-COUNTED = (
-    TIME, STRAIN, LATERAL_STRAIN, "strain_points", VOLUMETRIC_STRAIN, TENSILE_CRACKS, SHEAR_CRACKS, DAMAGED,
-    "broken_bonds",
-)  # fmt: skip
-
-
-def since(curves: Mapping[str, np.ndarray], begin: int) -> dict[str, np.ndarray]:
-    """Samples from the number ``begin`` on; what a test counts from its own beginning counts from there."""
+def since(
+    curves: Mapping[str, np.ndarray], begin: int, declared: Mapping[str, Quantity] | None = None
+) -> dict[str, np.ndarray]:
+    """Samples from the number ``begin`` on; what a test ``counts`` from its own beginning counts from there."""
     after = {name: values[begin:] for name, values in curves.items()}
     if begin:
-        after |= {name: after[name] - curves[name][begin - 1] for name in COUNTED if name in after}
+        counted = [name for name in curves if quantity_of(name, declared).counts]
+        after |= {name: after[name] - curves[name][begin - 1] for name in counted}
     return after
 
 

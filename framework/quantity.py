@@ -42,6 +42,8 @@ class Quantity(metaclass=Checked):
     form: str = attrs.field(kw_only=True, default=".4g", validator=_is_form)  #: its digits, as Python formats them
     meaning: str = attrs.field(kw_only=True, default="")  #: what it is, for a report
     is_main: bool = attrs.field(kw_only=True, default=False)  #: whether tables show it unasked
+    #: whether a test counts it from its own beginning, where stages before it only prepare the specimen
+    counts: bool = attrs.field(kw_only=True, default=False)
     #: a value in SI times this is the value in ``unit``; by the unit, if not given
     factor: float = attrs.field(kw_only=True)
 

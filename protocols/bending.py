@@ -28,8 +28,8 @@ from grainlaw.strength import Until, strength_of
 FINE = 20_000  #: samples of the whole way where contacts are damaged: a beam fails long before it has parted
 SUPPORTS = ("support_left", "support_right")
 QUANTITIES = (
-    Quantity("deflection", "µm", meaning="of the load against the supports"),
-    Quantity("mouth", "µm", words="mouth opening", meaning="of the notch"),
+    Quantity("deflection", "µm", meaning="of the load against the supports", counts=True),
+    Quantity("mouth", "µm", words="mouth opening", meaning="of the notch", counts=True),
     Quantity("force_top", "kN/m", meaning="of the load"),
     Quantity("force_bottom", "kN/m", meaning="of both supports"),
     Quantity("failure_force", "kN/m"),

@@ -27,7 +27,11 @@ QUANTITIES = (
     attrs.evolve(SHARED[STRAIN], words="axial strain"),
     Quantity("stress_window", "MPa", form=".2f", meaning="mean over the grains in the middle of the specimen"),
     Quantity(
-        "strain_points", "%", form=".4f", meaning="change of height over height, from points on both ends or gauges"
+        "strain_points",
+        "%",
+        form=".4f",
+        meaning="change of height over height, from points on both ends or gauges",
+        counts=True,
     ),
 )
 PANELS = (

@@ -169,17 +169,17 @@ class Heating(LoadingProtocol):
                 "expansion_x": float(curves["expansion_x"][-1]),
                 "expansion_y": float(curves["expansion_y"][-1]),
             }
-        after = after_stages(curves, self._before)
+        after = after_stages(curves, self._before, self.quantities)
         return {**found, **self.test.summary(after, specimen)} if len(after[STAGE]) else found
 
     def begins(self, curves: Curves) -> int:
         """After the heating."""
-        return begins_after(self.test.begins, curves, self._before) if self.test is not None else 0
+        return begins_after(self.test, curves, self._before) if self.test is not None else 0
 
     def counted(self, curves: Curves, first: int) -> Curves:
         """As of any test; strains and cracks count from the beginning of the test, as in its summary."""
         return (
-            counted_after(self.test.counted, curves, first, self._before)
+            counted_after(self.test.counted, curves, first, self._before, self.quantities)
             if self.test
             else super().counted(curves, first)
         )

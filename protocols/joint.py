@@ -167,7 +167,8 @@ class DirectShear(LoadingProtocol):
     quantities = (
         *(Quantity(name, "MPa", form=".2f") for name in ("shear_stress", "shear_stress_top", "shear_stress_bottom")),
         Quantity("normal_stress", "MPa", form=".2f", meaning="compression positive"),
-        Quantity("dilation", "µm", meaning="of the specimen without platens"),
+        attrs.evolve(SHARED["displacement"], counts=True),
+        Quantity("dilation", "µm", meaning="of the specimen without platens", counts=True),
         Quantity("failure_slip", "µm"),
         Quantity("residual_stress", "MPa", form=".2f", is_main=True),
     )

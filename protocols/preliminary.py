@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from grainlaw.columns import STAGE, since
 from grainlaw.conditions import Curves
+from grainlaw.protocol import LoadingProtocol
+from grainlaw.quantity import Quantity
 
 Counted = Callable[[Curves, int], Curves]  #: :meth:`LoadingProtocol.counted`
 
@@ -17,24 +19,24 @@ def samples_before(curves: Curves, stages: int) -> int:
     return int(np.searchsorted(curves[STAGE], stages))
 
 
-def after_stages(curves: Curves, stages: int) -> dict[str, np.ndarray]:
-    """Samples after the first ``stages``; strains, cracks, damage and numbers of stages count from there."""
+def after_stages(curves: Curves, stages: int, declared: Sequence[Quantity]) -> dict[str, np.ndarray]:
+    """Samples after the first ``stages``; numbers of stages count from there, and what a test ``counts``."""
     end = samples_before(curves, stages)
-    after = since(curves, end)
+    after = since(curves, end, {each.name: each for each in declared})
     if end:
         after[STAGE] = after[STAGE] - stages
     return after
 
 
-def begins_after(begins: Callable[[Curves], int], curves: Curves, stages: int) -> int:
+def begins_after(test: LoadingProtocol, curves: Curves, stages: int) -> int:
     """Number of the sample with which a test begins that comes after ``stages``; its own ones may prepare, too."""
     end = samples_before(curves, stages)
-    return end + begins(after_stages(curves, stages)) if end < len(curves[STAGE]) else end
+    return end + test.begins(after_stages(curves, stages, test.quantities)) if end < len(curves[STAGE]) else end
 
 
-def counted_after(counted: Counted, curves: Curves, first: int, stages: int) -> Curves:
+def counted_after(counted: Counted, curves: Curves, first: int, stages: int, declared: Sequence[Quantity]) -> Curves:
     """What the conditions of a stage see whose first sample is ``first``, of a test that comes after ``stages``."""
     end = samples_before(curves, stages)
     if first < end:
         return {name: values[first:] for name, values in curves.items()}
-    return counted(after_stages(curves, stages), first - end)
+    return counted(after_stages(curves, stages, declared), first - end)

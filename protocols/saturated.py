@@ -105,11 +105,11 @@ class Saturated(LoadingProtocol):
 
     def begins(self, curves: Curves) -> int:
         """When the specimen rests in the fluid, where a stage of its own brings that about."""
-        return begins_after(self.test.begins, curves, _stages_before(curves))
+        return begins_after(self.test, curves, _stages_before(curves))
 
     def counted(self, curves: Curves, first: int) -> Curves:
         """As the test; strains and cracks count from its beginning, as in its summary."""
-        return counted_after(self.test.counted, curves, first, _stages_before(curves))
+        return counted_after(self.test.counted, curves, first, _stages_before(curves), self.quantities)
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """Of the test, with the pressure of the fluid and the contact points that it has reached.
@@ -119,7 +119,7 @@ class Saturated(LoadingProtocol):
         found = {"fluid_pressure": self.pressure, "wet": int(curves[WET][-1])}
         if {"left", "right"} <= set(self._pressed(self.test.stages(specimen))):
             found["confinement"] = self.pressure
-        after = after_stages(curves, _stages_before(curves))
+        after = after_stages(curves, _stages_before(curves), self.quantities)
         return {**found, **self.test.summary(after, specimen)} if len(after[STAGE]) else found
 
 

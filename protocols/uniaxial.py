@@ -147,7 +147,9 @@ class BiaxialCompression(UntilFailure):
     gauges: Gauges = part(Gauges, WholeSpecimen())  #: where lateral and axial strain are measured
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
 
-    quantities = (*QUANTITIES, Quantity("broken_bonds", "%", meaning="share of the bonded contact points"))
+    quantities = (
+        *QUANTITIES, Quantity("broken_bonds", "%", meaning="share of the bonded contact points", counts=True)
+    )  # fmt: skip
     panels = PANELS
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
@@ -192,12 +194,12 @@ class BiaxialCompression(UntilFailure):
 
     def counted(self, curves: Curves, first: int) -> Curves:
         """As of any test; strains, cracks and damage count from the confined state, as in the summary."""
-        return counted_after(super().counted, curves, first, int(self.confinement > 0))
+        return counted_after(super().counted, curves, first, int(self.confinement > 0), self.quantities)
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """Strength, strain from the confined state on, moduli from the deviator, certificate."""
         confining = int(self.confinement > 0 and curves[STAGE].max() > 0)
-        summary = _summary(after_stages(curves, confining), specimen, -1.0, DEVIATOR)
+        summary = _summary(after_stages(curves, confining, self.quantities), specimen, -1.0, DEVIATOR)
         stresses = {name: summary[name] + self.confinement for name in ("strength", "largest_stress")}
         return {"confinement": self.confinement, **summary, **stresses}
 

@@ -478,6 +478,8 @@ def test_what_heating_tells_before_a_test_and_without_one():
     assert heating.summary(alone, ROWS) == pytest.approx(hot | {"expansion_x": 4.02, "expansion_y": 8.04})
 
     class Counts(gl.LoadingProtocol):
+        quantities = BiaxialCompression.quantities
+
         def stages(self, specimen):
             return []
 

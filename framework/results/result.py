@@ -273,7 +273,7 @@ class Result(metaclass=Checked):
         """
         if not 0 < self.begins < len(self.curves[STAGE]) or over in (TIME, TEMPERATURE):
             return self
-        return attrs.evolve(self, curves=Curves(since(self.curves, self.begins)), begins=0)
+        return attrs.evolve(self, curves=Curves(since(self.curves, self.begins, self.quantities)), begins=0)
 
     @property
     def course(self) -> str:
