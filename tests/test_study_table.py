@@ -42,6 +42,10 @@ def test_pairs_are_those_of_students_paired_test(drawn, tmp_path):
         assert entry.interval == pytest.approx(tuple(theirs.confidence_interval(0.95)), rel=1e-9)
         assert entry.mean == pytest.approx(second.mean() - first.mean())
         assert entry.share == pytest.approx(entry.mean / first.mean())
+        low, high = entry.share_interval
+        assert low < entry.share < high
+        for end in (low, high):  # a ratio of the means that is just refused at 5 %
+            assert stats.ttest_1samp(second - (1 + end) * first, 0).pvalue == pytest.approx(0.05, rel=1e-9)
         assert entry.higher == np.sum(second > first)
         assert entry.p_value == pytest.approx(stats.binomtest(int(np.sum(second > first)), 8).pvalue)
         assert (entry.count, entry.unpaired, entry.group) == (8, 0, {})
@@ -50,6 +54,7 @@ def test_pairs_are_those_of_students_paired_test(drawn, tmp_path):
 def test_a_difference_from_next_to_nothing_has_no_share(tmp_path):
     drawn = {("A", 0): 1.0, ("A", 1): 3.0, ("B", 0): 100e6, ("B", 1): 104e6}
     assert "%" not in str(peaks(drawn, tmp_path / "s").paired("law")["strength"]).splitlines()[-1].partition("to")[2]
+    assert np.isnan(peaks(drawn, tmp_path / "s").paired("law")["strength"][0].share_interval).all()
     shifted = {key: value + 2e6 for key, value in drawn.items()}
     assert "+5100.0 %" in str(peaks(shifted, tmp_path / "t").paired("law")["strength"])
 

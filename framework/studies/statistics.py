@@ -74,6 +74,7 @@ class Difference(Spread):
     factor: str  #: whose levels differ
     levels: tuple[Any, Any]  #: the second less the first
     share: float  #: mean difference over the mean at the first level
+    share_interval: Interval  #: 95 %, Fieller's; nan where the mean at the first level may be zero
     higher: int  #: pairs in which the second is higher
     p_value: float  #: of the sign test: how often so many are of one sign by chance
     unpaired: int  #: cases without a partner, which has failed or is missing
@@ -99,9 +100,23 @@ def difference(
     found = spread(change)
     return Difference(
         **found, group=group, factor=factor, levels=levels, share=found["mean"] / first if first else math.nan,
-        higher=higher, unpaired=unpaired,
+        share_interval=_share_interval(pairs), higher=higher, unpaired=unpaired,
         p_value=float(scipy.stats.binomtest(higher, higher + lower).pvalue) if higher + lower else math.nan,
     )  # fmt: skip
+
+
+def _share_interval(pairs: np.ndarray) -> Interval:
+    """Of the ratio of the means less 1: ratios r for which the mean of second - r first may be 0 (Fieller 1954)."""
+    n = len(pairs)
+    if n < 2:
+        return math.nan, math.nan
+    first, second = pairs.mean(axis=0)
+    (xx, xy), (_, yy) = quantile(n) ** 2 / n * np.cov(pairs.T)
+    a, b, c = first**2 - xx, first * second - xy, second**2 - yy
+    if a <= 0:
+        return math.nan, math.nan
+    half = math.sqrt(max(b**2 - a * c, 0.0))
+    return float((b - half) / a - 1), float((b + half) / a - 1)
 
 
 def level(factor: str, value: Any) -> str:
@@ -176,12 +191,19 @@ def _row(entry: Any, look: Quantity) -> list[str]:
     head = [", ".join(level(name, value) for name, value in entry.group.items()) or "all"]
     if isinstance(entry, Difference):
         first, second = (level(entry.factor, each) for each in entry.levels)
-        share = f"{100 * entry.share:+.1f} %" if abs(entry.share) < NO_SHARE else "-"
         higher = f"{entry.higher} of {entry.count}"
         p_value = "-" if math.isnan(entry.p_value) else f"{entry.p_value:.2g}"
-        return [*head, f"{second} - {first}", str(entry.count), *value, share, higher, p_value]
+        return [*head, f"{second} - {first}", str(entry.count), *value, _share(entry), higher, p_value]
     if isinstance(entry, Interaction):
         a, b = (level(entry.factors[0], each) for each in entry.first)
         c, d = (level(entry.factors[1], each) for each in entry.second)
         return [*head, f"({b} - {a}) at {d} - at {c}", str(entry.count), *value]
     return [*head, str(entry.count), *value, look.text(entry.deviation)]
+
+
+def _share(entry: Difference) -> str:
+    """``+4.0 % (1.2 to 6.9)``."""
+    if not abs(entry.share) < NO_SHARE:
+        return "-"
+    low, high = (100 * end for end in entry.share_interval)
+    return f"{100 * entry.share:+.1f} %" + (f" ({low:.1f} to {high:.1f})" if math.isfinite(low) else "")
