@@ -1,5 +1,6 @@
 """Measures, standard ones and those of a user: named, explained, one number each, shown where reports show them."""
 
+import math
 from types import SimpleNamespace
 
 import attrs
@@ -54,10 +55,18 @@ def test_a_standard_measure_is_named_explained_and_one_number(name, result):
 def test_ratios_are_thresholds_over_the_stress_at_the_peak():
     """Of 90 MPa over a strength of 120 MPa, of which 20 MPa confine: 3/4."""
     path = SimpleNamespace(load=np.array([50e6, 100e6]), confinement=20e6)
-    laboratory = SimpleNamespace(path=path, value={each.name: 90e6 for each in thresholds()}.__getitem__)
+    failed, whole = (
+        SimpleNamespace(
+            path=path,
+            value={each.name: 90e6 for each in thresholds()}.__getitem__,
+            result=SimpleNamespace(summary=tells),
+        )
+        for tells in ({}, {"strength": math.nan})
+    )
     assert len(ratios()) == len(thresholds()) - 1
     for each in ratios():
-        assert each.find(laboratory) == pytest.approx(0.75)
+        assert each.find(failed) == pytest.approx(0.75)
+        assert math.isnan(each.find(whole))  # it may bear more
         assert each.meaning.split(", ")[0] in ("CC/UCS", "CI/UCS", "CD/UCS")
 
 

@@ -131,7 +131,10 @@ def ratios() -> list[Standard]:
     """The thresholds over the strength: CI/UCS and CD/UCS where nothing confines the specimen."""
 
     def over_peak(name: str) -> Callable[[Laboratory], float]:
-        return lambda lab: lab.value(name) / peak_of(lab)
+        return lambda lab: math.nan if has_not_failed(lab) else lab.value(name) / peak_of(lab)
+
+    def why(measure: Standard) -> Callable[[Laboratory], str]:
+        return lambda lab: measure.why(lab) or has_not_failed(lab)
 
     def finest(measure: Standard) -> Callable[[Laboratory], float]:
         return lambda lab: measure.resolution(lab) / peak_of(lab)
@@ -141,7 +144,7 @@ def ratios() -> list[Standard]:
         short, _, rest = measure.meaning.partition(", ")
         name, meaning = f"{measure.name}_ratio", f"{short}/UCS, {rest}"
         made = attrs.evolve(measure, name=name, meaning=meaning, find_in=over_peak(measure.name), unit="1")
-        found.append(attrs.evolve(made, resolution_in=finest(measure)))
+        found.append(attrs.evolve(made, why_in=why(measure), resolution_in=finest(measure)))
     return found
 
 
@@ -149,6 +152,12 @@ def peak_of(laboratory: Laboratory) -> float:
     """Pa, the axial stress at the peak, of which thresholds are shares."""
     path = laboratory.path
     return float(path.load[-1] + path.confinement) if len(path.load) else float("nan")
+
+
+def has_not_failed(laboratory: Laboratory) -> str:
+    """In words, that the strength is not known; empty where it is, or where a test has none."""
+    is_open = math.isnan(laboratory.result.summary.get("strength", 0.0))
+    return "the specimen has not failed: its strength is not known" if is_open else ""
 
 
 def stress_at_damage(laboratory: Laboratory, share: float = 0.01) -> float:
