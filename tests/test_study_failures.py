@@ -19,7 +19,7 @@ import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import Linear
 from grainlaw.protocols import UniaxialCompression
-from grainlaw.runs import progress_file
+from grainlaw.runs import identity, progress_file
 from grainlaw.runs.identity import Unknown, digest
 from grainlaw.runs.stopping import Stop
 from grainlaw.studies import store as stores
@@ -515,3 +515,12 @@ def test_a_factor_with_the_name_of_a_measure_is_refused_before_anything_is_run()
     with pytest.raises(gl.ParameterError, match="may not be called 'b_value', a measure has this name"):
         gl.Study(named_like_a_measure, b_value=[1])
     assert len(gl.Study(named_like_a_measure, b_value=[1], measures=())) == 1
+
+
+def test_an_installation_whose_checkout_has_changed_says_so(tmp_path, monkeypatch):
+    """An editable one, with links to files of a checkout, of which one has moved."""
+    (tmp_path / "laws.py").symlink_to(tmp_path / "gone.py")
+    monkeypatch.setattr(identity, "_folders", lambda: {"": tmp_path})
+    identity.sources_hash.cache_clear()
+    with pytest.raises(gl.ParameterError, match=r"installed from files of which .*laws\.py is gone: install it again"):
+        identity.sources_hash()

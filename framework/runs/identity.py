@@ -26,6 +26,7 @@ import grainlaw
 from grainlaw.compiler.fingerprint import Hasher, NotCompilable
 from grainlaw.compiler.origin import VERSIONS, in_library
 from grainlaw.declared import file_of, file_of_function
+from grainlaw.fields import ParameterError
 
 COMPONENTS = ("laws", "geometry", "protocols")
 SHOWN_ONLY = ("workbench/", "results/figures/", "studies/")  #: rooms of the package that decide no result
@@ -53,8 +54,15 @@ def sources_hash(*without: str) -> str:
     for name, file in sorted(found.items()):
         if not name.startswith((*SHOWN_ONLY, *without)):
             hasher.update(f"{name} ".encode())
-            hasher.update(file.read_bytes())
+            hasher.update(_content(file))
     return hasher.hexdigest()
+
+
+def _content(file: Path) -> bytes:
+    try:
+        return file.read_bytes()
+    except FileNotFoundError:  # an editable installation has links to the checkout
+        raise ParameterError(f"grainlaw is installed from files of which {file} is gone: install it again") from None
 
 
 @functools.cache
