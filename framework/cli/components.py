@@ -43,6 +43,11 @@ def _words(cls: type) -> list[str]:
     return [word.lower() for word in re.findall(r"[A-Z]+[a-z0-9]*", cls.__name__)]
 
 
+def as_written(name: Any) -> str:
+    """A name as files and the command line have it: in small letters, with hyphens."""
+    return str(name).lower().replace("_", "-")
+
+
 def choices(kind: Kind) -> dict[str, type]:
     """The components of a kind that the packages offer, by name."""
     public = [getattr(p, name) for p in PACKAGES for name in p.__all__ if name[0].isupper() and name != "Rock"]
@@ -53,7 +58,7 @@ def choices(kind: Kind) -> dict[str, type]:
 def instances(kind: Kind) -> dict[str, Any]:
     """The ready components of a kind that the packages offer, such as the expansion ``quartz``, by name."""
     public = {name: getattr(package, name) for package in PACKAGES for name in package.__all__ if name.isupper()}
-    return {name.lower().replace("_", "-"): each for name, each in public.items() if isinstance(each, kind)}
+    return {as_written(name): each for name, each in public.items() if isinstance(each, kind)}
 
 
 def refuse_unknown(where: str, given: Iterable[str], known: Iterable[str]) -> None:
@@ -73,7 +78,7 @@ def component(kind: Kind, raw: Any, where: str, base: Any = None) -> Any:
     """
     if not isinstance(raw, (str, Mapping)):
         raise refusal(where, raw, "a name or a table")
-    if isinstance(raw, str) and (ready := instances(kind).get(raw.lower().replace("_", "-"))) is not None:
+    if isinstance(raw, str) and (ready := instances(kind).get(as_written(raw))) is not None:
         return ready
     given = {"type": raw} if isinstance(raw, str) else raw
     return evolved(begin_with(kind, given, where, base), own(given), where)
@@ -106,7 +111,7 @@ def _class(kind: Kind, name: Any, where: str, base: Any) -> type:
     if name is None:
         raise ParameterError(f"{where}.type is missing, it must be one of {', '.join(known)}")
     for own, cls in known.items():
-        if str(name).lower().replace("_", "-") in (own, name_of(cls), cls.__name__.lower()):
+        if as_written(name) in (own, name_of(cls), cls.__name__.lower()):
             return cls
     known |= instances(kind)
     raise ParameterError(
@@ -237,8 +242,8 @@ def quantities(raw: Any, unit: str, where: str) -> Any:
 
 
 def _member(kind: type[enum.Enum], raw: Any, where: str) -> enum.Enum:
-    members = {member.name.lower().replace("_", "-"): member for member in kind}
-    name = str(raw).lower().replace("_", "-")
+    members = {as_written(member.name): member for member in kind}
+    name = as_written(raw)
     if name not in members:
         raise ParameterError(
             f"{where} = {short(raw)} is not allowed{nearest(name, members)} (one of: {', '.join(members)})"
@@ -272,7 +277,7 @@ def _shown(field: attrs.Attribute, value: Any, kinds: tuple[type, ...]) -> Any:
     if isinstance(value, tuple) and value and all(attrs.has(type(each)) for each in value):
         return [settings(each) for each in value]
     if isinstance(value, enum.Enum):
-        return value.name.lower().replace("_", "-")
+        return as_written(value.name)
     if "unit" in field.metadata and isinstance(value, (np.ndarray, tuple)):
         return np.array(value).tolist()
     text = written(value, field.metadata["unit"]) if "unit" in field.metadata else ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from grainlaw.cli.components import component, evolved, own, quantities, refuse_unknown, settings
+from grainlaw.cli.components import as_written, component, evolved, own, quantities, refuse_unknown, settings
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError
 from grainlaw.geometry import Breakable, ByPhase, Cracked, GrainCells, Jointed, Minerals, Sizes, VoronoiCells
@@ -22,7 +22,7 @@ BY_PHASE = "by-phase"  #: type of the sizes that are given by mineral
 
 def by_phase(sizes: Any) -> bool:
     """Whether [sample] sizes are those of each mineral, not those of the tessellator."""
-    return isinstance(sizes, Mapping) and str(sizes.get("type")).lower().replace("_", "-") == BY_PHASE
+    return isinstance(sizes, Mapping) and as_written(sizes.get("type")) == BY_PHASE
 
 
 def textured(tessellator: Tessellator, values: Mapping[str, Any]) -> tuple[Tessellator, dict[str, Any]]:

@@ -12,7 +12,17 @@ from typing import Any
 import attrs
 
 import grainlaw.geometry
-from grainlaw.cli.components import choices, component, evolved, explained, own, quantities, refuse_unknown, settings
+from grainlaw.cli.components import (
+    as_written,
+    choices,
+    component,
+    evolved,
+    explained,
+    own,
+    quantities,
+    refuse_unknown,
+    settings,
+)
 from grainlaw.cli.minerals import KEYS, by_phase, edge_key, textured
 from grainlaw.fields import ParameterError
 from grainlaw.geometry import from_labels, from_mesh, read_tess
@@ -23,7 +33,7 @@ from grainlaw.tessellation import Tessellation, Tessellator
 from grainlaw.unit_text import quantity, written
 
 REGIONS: dict[str, Callable[..., Region]] = {
-    name.replace("_", "-"): function
+    as_written(name): function
     for name, function in inspect.getmembers(grainlaw.geometry, inspect.isfunction)
     if inspect.signature(function, eval_str=True).return_annotation is Region
 }
@@ -197,7 +207,7 @@ def _contact_points(given: Mapping[str, Any]) -> ContactPoints:
 def _named(name: Any, known: Mapping[str, Any], where: str) -> str:
     if isinstance(name, Mapping):
         raise refusal(where, dict(name), "a name; what it needs are keys of [sample], beside it")
-    key = str(name).lower().replace("_", "-")
+    key = as_written(name)
     if key not in known:
         raise ParameterError(
             f"{where}: there is no {short(str(name))}{nearest(key, known)} (there are: {', '.join(known)})"

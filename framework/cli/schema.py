@@ -14,7 +14,7 @@ import attrs
 import click
 
 from grainlaw.cli import running
-from grainlaw.cli.components import choices, explained, instances, interface_of, kinds_of, name_of
+from grainlaw.cli.components import as_written, choices, explained, instances, interface_of, kinds_of, name_of
 from grainlaw.cli.configuration import Numerics
 from grainlaw.cli.default_rock import LAWS, NAMES
 from grainlaw.cli.minerals import KEYS
@@ -145,8 +145,7 @@ class _Made:
             options.append({"enum": [AUTO]})
         for kind in kinds if not options or "Threads" in str(field.type) else ():
             if issubclass(kind, enum.Enum):
-                names = [member.lower() for member in kind.__members__]
-                options.append(_either(name.replace("_", "-") for name in names))
+                options.append(_either(map(as_written, kind.__members__)))
             elif kind is int:
                 whole = {"minimum": field.metadata.get("at_least"), "maximum": field.metadata.get("at_most")}
                 bounds = {key: bound for key, bound in whole.items() if bound is not None}
