@@ -22,7 +22,7 @@ from grainlaw.protocols import (
     ThreePointBending,
     UniaxialCompression,
 )
-from grainlaw.protocols.bending import flexural_strength, shape_factor
+from grainlaw.protocols.bending import beam_shape_factor, flexural_strength, shape_factor
 from grainlaw.units import mm
 
 LINEAR = Linear(**STIFF)
@@ -362,3 +362,26 @@ def test_a_specimen_that_breaks_under_its_confinement_is_reported():
     assert len(caught.value.result.cracks) > 1
     assert np.isfinite(caught.value.result.curves["stress"]).all()
     assert gl.simulate(specimen, LINEAR, BiaxialCompression(confinement=1e6, maximum_strain=1e-4)).summary
+
+
+@pytest.mark.thorough
+def test_toughness_of_a_notched_beam_is_that_at_its_tip():
+    """By the load and the published shape factor, and by an integral round the tip; a span of 3.2 heights."""
+    region = notched_beam(95 * mm, 25 * mm, notch_depth=8 * mm, notch_width=0.5 * mm, span=80 * mm, bearing=3 * mm)
+    block = Voronoi(grains=80, seed=1).tessellate(rectangle(25 * mm, 25 * mm))
+    beam, stiff = Voronoi(grains=300, seed=1).tessellate(region), Linear(kn=1e15, ks=1e15)
+    specimen = gl.Specimen(beam, ROCK, refinement=1)
+    result = gl.simulate(specimen, stiff, ThreePointBending(maximum_deflection=4e-6, samples=100), frames=2)
+    elastic = gl.elastic_properties(gl.Specimen(block, ROCK, refinement=1), stiff)
+    tip = gl.notch_tip(specimen, inner=3 * mm, outer=7 * mm)
+    plane = {name: getattr(elastic, name) for name in ("apparent_modulus", "apparent_poisson")}
+    at_tip = gl.stress_intensity(result, tip, **plane).mode_i
+    assert result.summary["largest_toughness"] == pytest.approx(at_tip, rel=0.03)
+    assert np.isnan(result.summary["toughness"])  # springs do not break
+
+
+@pytest.mark.parametrize("depth", [0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
+def test_the_shape_factor_of_a_beam_is_that_of_the_handbook(depth):
+    """Tada, Paris and Irwin 2000: a span of eight heights."""
+    fitted = 1.106 - 1.552 * depth + 7.71 * depth**2 - 13.53 * depth**3 + 14.23 * depth**4
+    assert beam_shape_factor(depth, 8) == pytest.approx(np.sqrt(np.pi * depth) * fitted, rel=0.015)
