@@ -104,7 +104,7 @@ def law_between(laws: Laws, one: Names, other: Names, kind: str = "between") -> 
     """The law of bonds of a kind between two phases, each given by all that it is called; None if there is none."""
     if isinstance(laws, ContactLaw):
         return laws
-    key = key_between(laws, one, other, kind)
+    key = key_between(laws, one, other, kind, "law")
     return None if key is None else laws[key]
 
 
@@ -140,11 +140,11 @@ def declared_stiffness(law: ContactLaw) -> tuple[Any, Any]:
 def keys_of_bonds(specimen: Specimen, laws: Mapping[Any, ContactLaw]) -> np.ndarray:
     """(c,) number of the key that each bond of a specimen follows, in the order of the mesh's interfaces.
 
-    Raises :class:`ParameterError` for a bond without one, and for a key that names what is not there.
+    Raises :class:`ParameterError` for a bond without one or with two, and for a key that names what is not there.
     """
     grains, mesh = specimen.grains, specimen.mesh
     check_names(specimen, laws)
-    found = keys_of(grains, list(laws), mesh.interface_grains, mesh.interface_kind)
+    found = keys_of(grains, list(laws), mesh.interface_grains, mesh.interface_kind, "law")
     if (found < 0).any():
         lacking = int(np.argmin(found))
         kind = int(mesh.interface_kind[lacking])

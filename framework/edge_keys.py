@@ -12,6 +12,7 @@ from grainlaw.messages import short
 from grainlaw.tessellation import Tessellation
 
 Names = tuple[int | str, ...]  #: number of a phase, and its name if it has one
+CRACKS = "initial cracks"  #: what they are called unless they have a name of their own
 
 
 def check_keys(where: str, keys: Iterable[Any]) -> None:
@@ -25,20 +26,30 @@ def check_keys(where: str, keys: Iterable[Any]) -> None:
             )
 
 
-def key_between(keys: Container[Any], one: Names, other: Names, kind: str) -> Any:
+def key_between(keys: Container[Any], one: Names, other: Names, kind: str, where: str = "") -> Any:
     """The first key that is there of: the name of the joint; for cells of one grain ("inside", phase) and "inside"; the
     pair of phases, in any order; one of them with ``...``; "between", for grains; (..., ...); ``...``. None if none.
+
+    Raises :class:`ParameterError`, which begins with ``where``, if given, for two keys of one rank.
     """
-    wanted: list[Any] = []
-    if kind == "inside":
-        wanted += [("inside", phase) for phase in one]
-    if kind != "between":
-        wanted.append(kind)
-    wanted += [pair for a in one for b in other for pair in ((a, b), (b, a))]
-    wanted += [pair for phase in (*one, *other) for pair in ((phase, ...), (..., phase))]
-    if kind == "between":
-        wanted.append(kind)
-    return next((key for key in (*wanted, (..., ...), ...) if key in keys), None)
+    ranks: list[list[Any]] = [
+        [("inside", phase) for phase in one] if kind == "inside" else [],
+        [kind] if kind != "between" else [],
+        [pair for a in one for b in other for pair in ((a, b), (b, a))],
+        [pair for phase in (*one, *other) for pair in ((phase, ...), (..., phase))],
+        [kind] if kind == "between" else [],
+        [(..., ...)],
+        [...],
+    ]
+    found: list[list[Any]] = [[key for key in dict.fromkeys(rank) if key in keys] for rank in ranks]
+    first = next(filter(None, found), [None])
+    if where and len(first) > 1:
+        a, b = (str(first[k]).replace("Ellipsis", "...") for k in (0, 1))
+        pair = f"('{one[-1]}', '{other[-1]}')" if one != other else f"'{one[-1]}'"
+        raise ParameterError(
+            f"{where}: {a} and {b} are both for contacts of {pair}: leave one away, or give a key for it"
+        )
+    return first[0]
 
 
 def words_of(key: Any) -> str:
@@ -71,13 +82,18 @@ def names_of(grains: Tessellation, phase: int) -> Names:
     return (phase, names[phase]) if names else (phase,)
 
 
-def keys_of(grains: Tessellation, keys: Sequence[Any], pairs: np.ndarray, kind: np.ndarray) -> np.ndarray:
-    """(c,) number of the key of each edge between two grains, ``pairs`` (c, 2), of a ``kind`` (c,); -1 without one."""
+def keys_of(
+    grains: Tessellation, keys: Sequence[Any], pairs: np.ndarray, kind: np.ndarray, where: str = ""
+) -> np.ndarray:
+    """(c,) number of the key of each edge between two grains, ``pairs`` (c, 2), of a ``kind`` (c,); -1 without one.
+
+    Raises as :func:`key_between`.
+    """
     phases = np.sort(grains.phase[pairs], axis=1)
     kinds, place = np.unique(np.column_stack([phases, kind]), axis=0, return_inverse=True)
     number: Mapping[Any, int] = {key: k for k, key in enumerate(keys)} | {None: -1}
     found = [
-        number[key_between(number, names_of(grains, one), names_of(grains, other), grains.kinds[which])]
+        number[key_between(number, names_of(grains, one), names_of(grains, other), grains.kinds[which], where)]
         for one, other, which in kinds.tolist()
     ]
     return np.array(found, dtype=int)[place.ravel()]

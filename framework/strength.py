@@ -48,7 +48,8 @@ def borne(load: np.ndarray, deformation: np.ndarray, stage: np.ndarray) -> Borne
     The deformation counts from the beginning of the stage in which the load first reaches a tenth of its largest. What
     has been unloaded counts again from where it was: of the deformation only what is new. Loads of different stages are
     not compared: a loop of unloading may take some of the load for good. Nor is it a failure that the load falls
-    with the deformation in a stage in which it has not grown.
+    with the deformation in a stage in which it has not grown, or before it exceeds what it was: a loop in a record of a
+    laboratory. Where it never does the specimen has failed though its deformation fell (class II).
     """
     if not len(load) or not load.max() > 0:
         return None
@@ -57,13 +58,17 @@ def borne(load: np.ndarray, deformation: np.ndarray, stage: np.ndarray) -> Borne
     way = deformation[first:] - (deformation[first - 1] if first else 0.0)
     highest = np.maximum.accumulate(load[first:])
     fresh = np.flatnonzero(way >= np.maximum.accumulate(np.append(0.0, way))[:-1])
-    stopped = [_stopped(part, way, load[first:]) for part in np.split(fresh, stage_begins(stage[first:][fresh]))]
+    least = np.minimum.reduceat(way, fresh) if len(fresh) else fresh  # until the next of them
+    loops = np.cumsum(np.append(0, least[:-1] < (1 - WITHIN) * way[fresh[:-1]])) if len(fresh) else fresh
+    parts = np.split(fresh, stage_begins(stage[first:][fresh] + loops))
+    stopped = [_stopped(part, way, load[first:]) for part in parts]
     is_new = np.append(True, load[first:][1:] > highest[:-1])
     sample = np.arange(len(way))
     top = np.maximum.accumulate(np.where(is_new, sample, 0))  # where it was the highest for the first time
     # Where a stage unloads, the load may still grow a little before it falls with the deformation.
     began = np.maximum.accumulate(np.where(np.append(True, np.diff(stage[first:]) != 0), sample, 0))
-    loads = (way >= way[top]) | (load[first:][began[top]] <= (1 - FALL) * highest)
+    comes_back = np.maximum.accumulate(load[first:][::-1])[::-1] > highest
+    loads = (way >= way[top]) | ((load[first:][began[top]] <= (1 - FALL) * highest) & ~comes_back)
     same = stage[first:] == stage[first:][top]
     fallen = np.flatnonzero((load[first:] <= (1 - FALL) * highest) & same & loads)
     failed = np.concatenate([*stopped, fallen])

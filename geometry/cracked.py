@@ -8,12 +8,11 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.edge_keys import CRACKS
 from grainlaw.fields import ParameterError, parameter, whole_number
 from grainlaw.messages import refusal
 from grainlaw.region import Region
 from grainlaw.tessellation import BETWEEN, INSIDE, Edges, Tessellation, Tessellator
-
-CRACKS = "initial cracks"  #: what they are called unless they have a name of their own
 
 
 def _pairs(value: Any) -> tuple[tuple[int | str, int | str], ...] | None:

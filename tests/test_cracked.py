@@ -81,6 +81,15 @@ def test_what_cannot_be_is_refused(wrong, says):
         Cracked(GRAINS, **{"share": 0.5, **wrong}).tessellate(UNIT)
 
 
+def test_cracks_without_a_law_of_their_own_are_refused():
+    specimen = gl.Specimen(Cracked(Voronoi(grains=12, seed=1), share=0.5).tessellate(rectangle(0.02, 0.04)), ROCK)
+    for laws in (CLOSED, {...: CLOSED}):
+        with pytest.raises(gl.ParameterError, match="the initial cracks have no law of their own"):
+            gl.simulate(specimen, laws, UniaxialTension())
+        with pytest.raises(gl.ParameterError, match="the initial cracks have no law of their own"):
+            gl.elastic_properties(specimen, laws)
+
+
 def test_names_do_not_meet():
     with pytest.raises(ParameterError, match="the grains have joints of this name"):
         Cracked(Cracked(GRAINS, 0.1), 0.1).tessellate(UNIT)

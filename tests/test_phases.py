@@ -1,5 +1,7 @@
 """Phases with names, cells of one grain and joints: which law is between two grains, and what tells cracks apart."""
 
+import re
+
 import attrs
 import numpy as np
 import pytest
@@ -54,6 +56,22 @@ def test_bonds_follow_phases_cells_and_joints():
     grains = wall([0, 0, 0, 1], parent=[0, 1, 1, 2], joints={"bedding": joint})
     assert grains.is_breakable
     assert [law.kn if isinstance(law, Linear) else law for law in laws_between(grains, LAWS)] == [1e13, 2e13, 4e13]
+
+
+@pytest.mark.parametrize(
+    ("laws", "says"),
+    [
+        ({("quartz", ...): A, ("mica", ...): B}, "('quartz', ...) and ('mica', ...) are both for contacts of"),
+        ({("mica", "quartz"): A, ("quartz", "mica"): B}, "('quartz', 'mica') and ('mica', 'quartz') are both for"),
+        ({("quartz", 1): A, (0, "mica"): B}, "are both for contacts of ('quartz', 'mica')"),
+        ({("mica", "mica"): A, (1, 1): B}, "(1, 1) and ('mica', 'mica') are both for contacts of 'mica'"),
+    ],
+)  # fmt: skip
+def test_two_keys_of_one_rank_are_refused_where_a_contact_has_both(laws, says):
+    laws = {("quartz", "quartz"): C, **laws, ...: BRITTLE}
+    with pytest.raises(gl.ParameterError, match=re.escape(says)):
+        laws_between(wall([0, 0, 1, 1]), laws)
+    assert laws_between(wall([0, 0, 2, 2]), laws)[0] is C  # which has none
 
 
 def test_phases_by_number_and_by_name_are_the_same():

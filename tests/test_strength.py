@@ -114,7 +114,19 @@ def test_loops_of_unloading_are_no_failure():
     way, load = np.concatenate(parts, axis=1)
     stage = np.repeat(np.arange(len(parts)), 199)
     assert load[found(way, load, stage).at] == pytest.approx(120, rel=2e-3)
-    assert load[found(way, load).at] == pytest.approx(50, rel=2e-3)  # falls within one stage are falls
+    assert load[found(way, load).at] == pytest.approx(120, rel=2e-3)  # as in a record of a laboratory
+
+
+def test_a_loop_in_a_record_of_one_stage_is_no_failure():
+    """As a laboratory writes it down, with a softer branch up; but a load that never comes back has failed."""
+    up, down = np.linspace(0, 40, 81), np.linspace(40, 4, 60)
+    load = np.concatenate([up, down[1:], down[::-1][1:], np.linspace(40, 150, 221)[1:], [149, 120, 60]])
+    way = load / 50 + np.concatenate(
+        [np.zeros(81 + 59), np.linspace(0.01, 0.02, 59), np.full(220, 0.02), [0.1, 0.3, 0.5]]
+    )
+    assert load[found(way, load).at] == 150
+    class_ii = np.concatenate([up, down[1:]])
+    assert found(np.append(up, 0.9 * down[1:] + 3), class_ii) == Borne(failed=True, at=80, largest=80)
 
 
 @pytest.mark.parametrize("beyond", [0.0, 0.1, 3.0])

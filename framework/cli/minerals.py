@@ -7,9 +7,9 @@ from typing import Any
 
 from grainlaw.cli.components import as_written, component, evolved, own, quantities, refuse_unknown, settings
 from grainlaw.contact import ContactLaw
+from grainlaw.edge_keys import CRACKS
 from grainlaw.fields import ParameterError
 from grainlaw.geometry import Breakable, ByPhase, Cracked, GrainCells, Jointed, Minerals, Sizes, VoronoiCells
-from grainlaw.geometry.cracked import CRACKS
 from grainlaw.material import Material, Rigid
 from grainlaw.messages import refusal
 from grainlaw.tessellation import Tessellator

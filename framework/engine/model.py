@@ -21,7 +21,7 @@ from grainlaw.contact import (
     law_between,
 )
 from grainlaw.detection import Detection
-from grainlaw.edge_keys import names_of
+from grainlaw.edge_keys import CRACKS, names_of
 from grainlaw.engine.parts.laws import LawGroup, memory_of
 from grainlaw.fields import ParameterError
 from grainlaw.specimen import Specimen
@@ -145,6 +145,11 @@ def laws_of_bonds(specimen: Specimen, laws: Laws) -> tuple[np.ndarray, list[tupl
     Raises :class:`ParameterError` for an object that is not a law, and for a pair of phases without one.
     """
     check_laws("law", laws)
+    if CRACKS in specimen.grains.kinds and not (isinstance(laws, Mapping) and CRACKS in laws):
+        raise ParameterError(
+            f"law: the {CRACKS} have no law of their own, and would be bonded as all else; give law={{'{CRACKS}': "
+            "Friction(kn=..., ks=..., friction_angle=30), ...: law}, or another one"
+        )
     count = len(specimen.mesh.interfaces)
     if isinstance(laws, ContactLaw):
         return np.arange(count), [(laws, count)]
