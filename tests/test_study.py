@@ -207,8 +207,39 @@ def test_a_result_without_frames_or_curves_has_a_summary_and_no_measures():
     assert whole["measures"]
     for less in ({"frames": []}, {"curves": {}}, {"frames": [], "curves": {}}):
         found = found_by(attrs.evolve(result, **less), tuple(MEASURES.values()))
-        assert (found["measures"], "unmeasured" in found) == ({}, False)
+        assert found["measures"] == {}
+        assert not any("measure" in words for words in found["doubts"])
         assert found["summary"] == whole["summary"]
+
+
+@attrs.frozen
+class Mine(gl.Measure):
+    """Fails, or not."""
+
+    name: str
+    meaning = "mine"
+    unit = "Pa"
+    fails: bool = False
+
+    def find(self, laboratory):
+        return laboratory.result.nothing if self.fails else 1.0
+
+
+def test_a_measure_of_ones_own_that_fails_takes_no_other_with_it():
+    """Nor does one that has the name of a property of the test: both are doubts of the case."""
+    result = tiny("linear", 0).simulate()
+    whole = found_by(result, tuple(MEASURES.values()))
+    own = [Mine("mine"), Mine("boom", fails=True), Mine("largest_stress")]
+    found = found_by(result, (*own, *MEASURES.values()))
+    assert found["measures"] == pytest.approx(whole["measures"] | {"mine": 1.0}, nan_ok=True)
+    assert found["summary"] == whole["summary"]
+    said = [words for words in found["doubts"] if words not in whole["doubts"]]
+    assert said == [
+        "Mine: find fails for 'boom': AttributeError: 'Result' object has no attribute 'nothing'",
+        "the measure 'largest_stress' has the name of a property of the test, which stands there",
+    ]
+    with pytest.raises(gl.ParameterError, match="find fails for 'boom': AttributeError"):
+        gl.Laboratory(result, own).value("boom")
 
 
 @pytest.mark.thorough

@@ -116,12 +116,22 @@ def lacks_frames(measure: Measure, laboratory: Laboratory) -> bool:
 
 
 def found(measure: Measure, laboratory: Laboratory) -> float:
-    """Value of a measure, nan without the columns it needs. Raises :class:`ParameterError` if it is not a number."""
+    """Value of a measure, nan without the columns it needs.
+
+    Raises :class:`ParameterError` if it is not a number, and where one of the user's own fails.
+    """
     if missing(laboratory.result.curves, measure.needs) or (laboratory.is_measured and not measure.of_curves):
         return float("nan")
     if lacks_frames(measure, laboratory):
         return float("nan")
-    value = measure.find(laboratory)
+    try:
+        value = measure.find(laboratory)
+    except ParameterError:
+        raise
+    except Exception as error:
+        raise ParameterError(
+            f"{type(measure).__name__}: find fails for {measure.name!r}: {type(error).__name__}: {error}"
+        ) from error
     if not isinstance(value, Real) or isinstance(value, bool):
         raise ParameterError(
             f"{type(measure).__name__}: find returned {short(value)} for {measure.name!r}, it must return one number"

@@ -151,19 +151,28 @@ def _refused(error: Exception) -> dict[str, Any]:
 def found_by(result: Result, measures: Sequence[Measure]) -> dict[str, Any]:
     """The properties of a test, doubts about them, and what a laboratory measures; not what the clock says."""
     summary = {name: value for name, value in result.summary.items() if name != "seconds"}
-    found = {
-        "summary": summary, "doubts": list(doubts(result)),
-        "quantities": [attrs.asdict(each) for each in result.quantities.values()],
-    }  # fmt: skip
+    plain, failed = dict[str, Any](), list[str]()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        try:
-            properties = Laboratory(result, measures).properties if result.frames and result.curves else {}
-            own = [attrs.asdict(measure.quantity) for measure in measures if measure.name not in MEASURES]
-        except Exception as error:  # a measure of the user's own, or a test that has not got far
-            return {**found, "measures": {}, "unmeasured": str(error)}
-    plain = {name: float(value) if isinstance(value, np.floating) else value for name, value in properties.items()}
-    return {**found, "measures": plain, **({OWN: own} if own else {})}
+        laboratory = Laboratory(result, measures)
+        for measure in measures if result.frames and result.curves else ():
+            if measure.name in summary and measure.name not in MEASURES:
+                failed.append(
+                    f"the measure '{measure.name}' has the name of a property of the test, which stands there"
+                )
+                continue
+            try:
+                value = laboratory.value(measure.name)
+            except Exception as error:  # a measure of the user's own, or a test that has not got far
+                failed.append(str(error))
+                continue
+            plain[measure.name] = float(value) if isinstance(value, np.floating) else value
+    own = [attrs.asdict(measure.quantity) for measure in measures if measure.name not in MEASURES]
+    return {
+        "summary": summary, "doubts": [*doubts(result), *failed],
+        "quantities": [attrs.asdict(each) for each in result.quantities.values()],
+        "measures": plain, **({OWN: own} if own else {}),
+    }  # fmt: skip
 
 
 # --- what a worker is doing ------------------------------------------------------------------------------------------
