@@ -140,6 +140,15 @@ def test_a_result_prints_what_is_to_be_known_first(result):
         assert len(repr(thing)) <= MOST
 
 
+def test_a_result_that_was_made_too_fast_says_so(result):
+    fast = attrs.evolve(result, summary={**result.summary, "kinetic_ratio": 0.5})
+    (doubt,) = [words for words in fast.doubts if "the test was not quasi-static" in words]
+    for thing in (fast, fast.laboratory):
+        assert f"doubt: {doubt}" in str(thing).splitlines()
+    assert doubt in page(fast)
+    assert str(attrs.evolve(result, curves={})) == repr(attrs.evolve(result, curves={}))
+
+
 def test_a_comparison_prints_its_laws_and_those_that_failed(result):
     comparison = gl.Comparison({"<one>": result}, {"other": ValueError("a < b")})
     assert repr(comparison).startswith("Comparison(laws: 2, failed: other, <one>: ")

@@ -260,7 +260,8 @@ class Laboratory(metaclass=Checked):
         lines = [
             f"{a.ljust(widths[0])}  {b.rjust(widths[1])}  {c.ljust(widths[2])}  {d}".rstrip() for a, b, c, d in rows
         ]
-        return "\n".join([*lines, *([self.note] if self.note else [])])
+        doubted = () if self.is_measured else (f"doubt: {words}" for words in self.result.doubts)
+        return "\n".join([*lines, *([self.note] if self.note else []), *doubted])
 
     def _rows(self) -> list[tuple[str, str, str, str]]:
         """Without what does not exist in this test, but for measures of a user."""

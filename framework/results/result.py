@@ -245,8 +245,16 @@ class Result(metaclass=Checked):
     def _html(self) -> str:
         cited = [("to cite", work) for work in self.specimen.cite]
         facts = (self._facts | texts(self, self.summary)).items()
-        rows = [*facts, *(("doubt", words) for words in doubts(self)), *cited]
+        rows = [*facts, *(("doubt", words) for words in self.doubts), *cited]
         return html_table(rows, caption="Result")
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """In words, what speaks against the numbers: checks of the certificate that failed, and what is no strength."""
+        return tuple(doubts(self)) if self.curves else ()
+
+    def __str__(self) -> str:
+        return "\n".join([repr(self), *(f"doubt: {words}" for words in self.doubts)])
 
     def quantity(self, name: str) -> Quantity:
         """How a column or a property is shown: as the test declares it, or as of any test."""
