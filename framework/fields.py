@@ -144,11 +144,21 @@ def unusual(where: str, value: float, unit: str, usual: tuple[float, float]) -> 
     return f"{words}: is the {'sign' if usual[0] <= -value <= usual[1] else 'unit'} right?"
 
 
-def optional(unit: str, *, at_least: float | None = None, above: float | None = None) -> Any:
-    """Declare a number that may be left away: ``volume: float | None = optional("m2", above=0)``."""
+def optional(
+    unit: str, *, at_least: float | None = None, above: float | None = None, usual: tuple[float, float] | None = None
+) -> Any:
+    """Declare a number that may be left away: ``volume: float | None = optional("m2", above=0)``.
+
+    One that is not ``usual`` warns (:class:`UnitWarning`).
+    """
 
     def check(where: str, value: Any) -> float | None:
-        return None if value is None else checked_number(where, value, unit, at_least=at_least, above=above)
+        if value is None:
+            return None
+        found = checked_number(where, value, unit, at_least=at_least, above=above)
+        if words := usual and unusual(where, found, unit, usual):
+            warnings.warn(UnitWarning(words), stacklevel=5)
+        return found
 
     return checked_field(check, default=None, metadata={"unit": unit, "bounds": str(Bounds(at_least, above))})
 

@@ -438,10 +438,11 @@ class Injection(Fluid):
     rate: Varying = varying("m2/s")  #: volume without pressure over time and thickness; below 0 it is pumped out
     start: float = parameter("m2/s", default=0.0, above=-math.inf)  #: at first; ``rate`` after the time ``ramp``
     ramp: float = parameter("s", default=0.0, at_least=0)  #: time in which the rate changes
-    bulk_modulus: float = parameter("Pa", default=2.2e9)  #: of the fluid; that of water unless given
+    bulk_modulus: float = parameter("Pa", default=2.2e9, usual=(1e4, 1e12))  #: of the fluid; that of water unless given
     pressure: float = parameter("Pa", default=0.0, at_least=0)  #: at first
     viscosity: float = parameter("Pa s", default=0.0, at_least=0)  #: of the fluid; that of water is 1e-3
-    residual_aperture: float = parameter("m", default=0.0, at_least=0)  #: of closed cracks, where it is viscous
+    #: of closed cracks, where it is viscous
+    residual_aperture: float = parameter("m", default=0.0, at_least=0, usual=(1e-9, 0.01))
     #: of closed cracks without stress: their closure takes of it, down to ``residual_aperture``, which it is by default
     unstressed_aperture: float | None = optional("m", above=0)
     #: damage from which contact points let it in; below 1 it is in the cohesive zone of a crack too

@@ -42,9 +42,10 @@ class HydraulicFracturing(LoadingProtocol):
     xy: float = parameter("Pa", default=0.0, above=-np.inf)  #: shear stress
     opening: str = "hole"  #: name of the boundary into which is pumped
     rate: float = parameter("m2/s", default=4e-3)  #: volume over time and thickness
-    bulk_modulus: float = parameter("Pa", default=2.2e9)  #: of the fluid
+    bulk_modulus: float = parameter("Pa", default=2.2e9, usual=(1e4, 1e12))  #: of the fluid
     viscosity: float = parameter("Pa s", default=0.0, at_least=0)  #: of the fluid; that of water is 1e-3
-    residual_aperture: float = parameter("m", default=0.0, at_least=0)  #: of closed cracks, where it is viscous
+    #: of closed cracks, where it is viscous
+    residual_aperture: float = parameter("m", default=0.0, at_least=0, usual=(1e-9, 0.01))
     largest_volume: float = parameter("m2", default=2e-5)  #: of fluid that is pumped in, over thickness
     stop_fraction: float = parameter("1", default=0.5, at_least=0, at_most=1)  #: of the largest pressure
     rest: float = parameter("1", default=1e-4)  #: ratio at which the rock counts as at rest under its stress
@@ -52,7 +53,8 @@ class HydraulicFracturing(LoadingProtocol):
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
 
     quantities = (
-        Quantity("breakdown_pressure", "MPa", is_main=True, meaning="largest pressure of the fluid"),
+        Quantity("breakdown_pressure", "MPa", is_main=True, meaning="largest pressure of a fluid that broke the rock"),
+        Quantity("largest_pressure", "MPa", meaning="of the fluid"),
         Quantity("initiation_pressure", "MPa", is_main=True, meaning="at which the first contact was damaged by it"),
         *(attrs.evolve(SHARED[name], unit="mm2", factor=1e6) for name in ("injected", "room", *FLUID)),
         attrs.evolve(SHARED[WET], words="contact points that the fluid presses"),
@@ -91,13 +93,14 @@ class HydraulicFracturing(LoadingProtocol):
         return {**state.pumped, WET: int((state.fluid_pressure > 0).sum())}
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
-        """Pressures (Pa) at the first damage since the pump began, nan without any, and at breakdown."""
+        """Pressures (Pa): the largest, at breakdown and at the first damage since the pump began, nan without any."""
         pumping = curves["stage"] == 1
         pressure, damaged = curves["injection_pressure"], curves[DAMAGED]
         before = damaged[~pumping][-1] if (~pumping).any() else 0.0
         more = np.flatnonzero(pumping & (damaged > before))
         return {
-            "breakdown_pressure": float(pressure.max()),
+            "breakdown_pressure": float(pressure.max()) if len(more) else float("nan"),
+            "largest_pressure": float(pressure.max()),
             "initiation_pressure": float(pressure[more[0]]) if len(more) else float("nan"),
             "injected": float(curves["injected"][-1]),
         }

@@ -23,6 +23,7 @@ from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 from grainlaw.time_series import TimeSeries, Varying, varying
 
+ENDS = ("left", "right")  #: between which a wave runs
 PULSE = TimeSeries(np.array([0.0, 5e-6, 10e-6]), np.array([0.0, -1e6, 0.0]))
 
 
@@ -61,11 +62,16 @@ class PlaneWave(LoadingProtocol):
     #: places along x; without them at a quarter and three quarters of the specimen
     gauges: tuple[float, ...] | None = attrs.field(default=None, converter=_places, metadata={"unit": "m"})
     wave: Wave = part(Wave, Wave.P)  #: how the specimen moves
-    quiet: Sequence[str] = ("right",)  #: boundaries that absorb waves
+    quiet: Sequence[str] = ("right",)  #: ends that absorb waves, "left" or "right"
     samples: int = whole_number(default=400, at_least=2)  #: in the duration
     integrator: Integrator = part(Integrator, CentralDifference(damping=Undamped()))  #: the time integration
 
     def __attrs_post_init__(self) -> None:
+        for name in self.quiet:
+            if name not in ENDS:
+                raise refusal(
+                    "PlaneWave: quiet", name, f"one of the ends {' and '.join(ENDS)}: the sides guide the wave"
+                )
         if self.velocity is not None and self.stress != PULSE:
             raise ParameterError(
                 "PlaneWave: stress and velocity are both given, the left end can have only one of them"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy as np
 from grainlaw.columns import DAMAGED, LOAD, STRAIN, TIME, Panel
 from grainlaw.conditions import Curves, Fails, Reaches
 from grainlaw.engine.state import State
-from grainlaw.fields import ParameterError, optional, parameter, part, whole_number
+from grainlaw.fields import ParameterError, UnitWarning, optional, parameter, part, unusual, whole_number
 from grainlaw.integration import CentralDifference, Integrator, Undamped
 from grainlaw.loads import BarEnd, Drive
 from grainlaw.messages import refusal, short
@@ -26,6 +27,8 @@ from grainlaw.stage import Stage
 from grainlaw.strength import borne_in
 from grainlaw.time_series import Varying, pulse, varying
 
+TRIED = 401  #: times at which the wave is looked at
+WIDER = 20  #: times the width of the specimen, or less by as much, that bars usually have at most
 LOW, HIGH = 0.2, 0.8  #: of the largest load: between them its rate is found; from ``LOW`` on the balance counts
 #: of a slow test: what it says about how slow it was, and what does not exist where nothing was damaged
 SLOW = ("kinetic_ratio", "imbalance", "unstable_rise")
@@ -73,8 +76,8 @@ class SplitHopkinson(LoadingProtocol):
     test: LoadingProtocol = part(LoadingProtocol, UniaxialCompression())  #: what the specimen is put through
     #: stress of the wave that comes, tension is positive: below 0 for a test that presses
     wave: Varying = varying("Pa", pulse(-300e6, rise=60e-6, hold=20e-6))
-    youngs_modulus: float = parameter("Pa", default=200e9)  #: of the bars
-    density: float = parameter("kg/m3", default=7850.0)  #: of the bars
+    youngs_modulus: float = parameter("Pa", default=200e9, usual=(1e8, 1e12))  #: of the bars
+    density: float = parameter("kg/m3", default=7850.0, usual=(500, 20_000))  #: of the bars
     #: of the bars, section over thickness; that of the specimen, if not given
     width: float | None = optional("m", above=0)
     duration: float = parameter("s", default=200e-6)  #: of the test
@@ -110,6 +113,7 @@ class SplitHopkinson(LoadingProtocol):
             )
             for k, drive in enumerate(drives)
         ]  # fmt: skip
+        self._check(specimen, bars[0], drives)
         (stage,) = self.test.stages(specimen)
         others = [load for load in stage.loads if load not in drives]
         until = [Reaches(TIME, self.duration), *(end for end in stage.until if isinstance(end, Fails))]
@@ -119,6 +123,19 @@ class SplitHopkinson(LoadingProtocol):
                 interval=self.duration / self.samples, expected=self.samples, integrator=self.integrator,
             )
         ]  # fmt: skip
+
+    def _check(self, specimen: Specimen, bar: BarEnd, drives: Sequence[Drive]) -> None:
+        """Refuse a wave that pulls where the test presses, or presses where it pulls."""
+        peak = max(map(bar.at, np.linspace(0.0, self.duration, TRIED)), key=abs)
+        if peak * (drives[0].at(0.0) - drives[1].at(0.0)) < 0:
+            does, other = ("pulls", "presses, and its wave is below 0") if peak > 0 else ("presses", "pulls: above 0")
+            raise ParameterError(
+                f"SplitHopkinson: wave of {peak / 1e6:.4g} MPa is not allowed, it {does} and the test "
+                f"{type(self.test).__name__} {other}"
+            )
+        width, own = self._width(specimen), size(specimen)[0]
+        if words := unusual("SplitHopkinson: width", width, "m", (own / WIDER, own * WIDER)):
+            warnings.warn(UnitWarning(words), stacklevel=2)
 
     def _between(self, specimen: Specimen) -> list[Drive]:
         """The drives of the test between which it loads the specimen, the uppermost first."""

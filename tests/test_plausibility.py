@@ -14,7 +14,8 @@ from support import BRITTLE, ROCK, STRONG, small_sample
 import grainlaw as gl
 from grainlaw.geometry import block, together
 from grainlaw.laws import MohrCoulomb
-from grainlaw.protocols import BiaxialCompression, Saturated, UniaxialCompression
+from grainlaw.materials import Thermal
+from grainlaw.protocols import BiaxialCompression, HydraulicFracturing, Saturated, SplitHopkinson, UniaxialCompression
 from grainlaw.results.certificate import warnings_of
 from grainlaw.runs import progress
 from grainlaw.workbench import driver
@@ -39,6 +40,34 @@ def test_numbers_in_other_units_are_told_with_the_usual_range():
     assert young == "Elastic: youngs_modulus = 60 Pa is unusual, usual are 1e+08 to 1e+12 Pa: is the unit right?"
     assert "density = 2.7 kg/m3 is unusual, usual are 500 to 20000 kg/m3" in density
     assert told(lambda: attrs.evolve(ROCK, density=2700)) == []
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: HydraulicFracturing(bulk_modulus=2.2), "HydraulicFracturing: bulk_modulus = 2.2 Pa is unusual"),
+        (
+            lambda: HydraulicFracturing(viscosity=1e-3, residual_aperture=2),
+            "HydraulicFracturing: residual_aperture = 2 m is unusual",
+        ),
+        (lambda: SplitHopkinson(density=7.85), "SplitHopkinson: density = 7.85 kg/m3 is unusual"),
+        (lambda: SplitHopkinson(youngs_modulus=200), "SplitHopkinson: youngs_modulus = 200 Pa is unusual"),
+        (
+            lambda: Thermal(material=ROCK, expansion=1e-5, conductivity=3, heat_capacity=0.8),
+            "Thermal: heat_capacity = 0.8 J/kg/K is unusual",
+        ),
+        (lambda: SplitHopkinson(width=20).stages(small_sample(12)), "SplitHopkinson: width = 20 m is unusual"),
+    ],
+)  # fmt: skip
+def test_numbers_of_fluids_bars_and_heat_are_told_too(make, words):
+    assert told(make)[0].startswith(words)
+
+
+def test_a_wave_in_megapascals_is_told():
+    struck = SplitHopkinson(wave=gl.pulse(-300, rise=5e-6), duration=1e-6, samples=10)
+    assert any(
+        "300 Pa on the boundary top is unusual in this specimen" in words for words in told(lambda: run(test=struck))
+    )
 
 
 def test_contacts_too_soft_for_their_grains_are_told():

@@ -349,6 +349,14 @@ def test_bars_of_any_stiffness_leave_the_stable_step_as_it_is(modulus):
         (lambda: SplitHopkinson(test=BiaxialCompression(confinement=1e6)).stages(small_sample()), "one stage"),
         (lambda: SplitHopkinson(test=PlaneWave()).stages(bar(4)), "test = .* must have one stage"),
         (lambda: SplitHopkinson(test=Brazilian()).stages(small_sample()), "the specimen is no disc"),
+        (
+            lambda: SplitHopkinson(test=UniaxialTension()).stages(small_sample()),
+            "wave of -300 MPa is not allowed, it presses and the test UniaxialTension pulls",
+        ),
+        (
+            lambda: SplitHopkinson(wave=gl.pulse(60e6, rise=60e-6)).stages(small_sample()),
+            "wave of 60 MPa is not allowed, it pulls and the test UniaxialCompression presses",
+        ),
         (lambda: gl.pulse(1.0, rise=0.0), "pulse: rise = 0.0 s is not allowed"),
         (lambda: _stage(static=True), "a static stage has no waves"),
         (

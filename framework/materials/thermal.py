@@ -61,8 +61,8 @@ class Thermal(Material):
     expansion_along: Expansion | None = _expansion(None)  #: along an axis; the same without it
     axis_angle: float = parameter("deg", default=0.0, above=-math.inf)  #: of that axis, counter-clockwise from x
     reference: float = parameter("degC", default=ROOM, at_least=ABSOLUTE_ZERO)  #: where there is no free strain
-    conductivity: float | None = optional("W/m/K", above=0)  #: of heat, alike in all directions
-    heat_capacity: float | None = optional("J/kg/K", above=0)  #: per mass
+    conductivity: float | None = optional("W/m/K", above=0, usual=(0.01, 500))  #: of heat, alike in all directions
+    heat_capacity: float | None = optional("J/kg/K", above=0, usual=(50, 5000))  #: per mass
 
     def __attrs_post_init__(self) -> None:
         if (self.conductivity is None) != (self.heat_capacity is None):

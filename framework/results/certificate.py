@@ -35,7 +35,9 @@ LIMITS = {
 COST = ("steps", "time_step", "seconds", "mass_added")  #: of a run; like its errors no property of the rock
 FAIL = "FAIL"
 #: properties that are read at the first failure, and the largest of the same quantity, which there may be later
-STRENGTHS = {"strength": "largest_stress", "failure_force": "largest_force"}
+STRENGTHS = {
+    "strength": "largest_stress", "failure_force": "largest_force", "breakdown_pressure": "largest_pressure",
+}  # fmt: skip
 HIGHER = 0.01  #: of the strength: a largest stress that is said to be above it
 
 

@@ -12,7 +12,7 @@ from grainlaw.contact import each_law
 from grainlaw.engine.model import Model
 from grainlaw.fields import ParameterError, UnitWarning
 from grainlaw.loading import Constant
-from grainlaw.loads import Conduction, Drive, FluidPressure, Heat, Hold, Pressure, Traction
+from grainlaw.loads import BarEnd, Conduction, Drive, FluidPressure, Heat, Hold, Pressure, Traction
 from grainlaw.material import Rigid
 from grainlaw.stage import Stage
 
@@ -139,7 +139,7 @@ def _contacts(model: Model) -> Iterator[str]:
 def _levels(model: Model, stages: Sequence[Stage]) -> Iterator[str]:
     low, high = (share * scales(model)[0] for share in LOADED)
     for stage in stages:
-        for load in stage.of(Pressure, FluidPressure, Hold, Traction):
+        for load in stage.of(Pressure, FluidPressure, Hold, Traction, BarEnd):
             size = load.largest * (max(map(abs, load.stress)) if isinstance(load, Traction) else 1.0)
             if size and not low <= size <= high:
                 yield (
