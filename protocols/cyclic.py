@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -12,7 +13,7 @@ from grainlaw.arguments import is_number
 from grainlaw.columns import STAGE, STRAIN, STRESS, Panel, cracks
 from grainlaw.conditions import Curves, FallsTo, Reaches
 from grainlaw.engine.state import State
-from grainlaw.fields import parameter, part
+from grainlaw.fields import ParameterError, parameter, part
 from grainlaw.loads import Drive
 from grainlaw.messages import refusal
 from grainlaw.moduli import work
@@ -58,6 +59,12 @@ class Cyclic(LoadingProtocol):
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         *before, main = self.test.stages(specimen)
+        ends = (end for end in main.until if isinstance(end, Reaches) and end.column == self.displacement)
+        if (limit := min((end.limit for end in ends), default=math.inf)) < self.levels[-1]:
+            raise ParameterError(
+                f"Cyclic: levels = {self.levels[-1]:g} is not allowed, the test {type(self.test).__name__} ends at a "
+                f"{self.displacement} of {limit:g}"
+            )
         back = [load.reversed() if isinstance(load, Drive) else load for load in main.loads]
         stages = list(before)
         for number, level in enumerate(self.levels, 1):

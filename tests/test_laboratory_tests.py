@@ -351,6 +351,16 @@ def test_levels_must_grow(levels):
         Cyclic(levels=levels)
 
 
+def test_a_level_beyond_the_end_of_the_test_is_refused():
+    """In per cent for a share, or of another test."""
+    cycles = Cyclic(test=UniaxialCompression(maximum_strain=1e-3), levels=(5e-4, 0.06))
+    with pytest.raises(
+        gl.ParameterError, match=r"levels = 0\.06 is not allowed, the test UniaxialCompression ends at a s"
+    ):
+        cycles.stages(small_sample(4))
+    assert attrs.evolve(cycles, levels=(5e-4, 1e-3)).stages(small_sample(4))
+
+
 @pytest.mark.thorough
 def test_a_specimen_that_breaks_under_its_confinement_is_reported():
     """Weak joints of a pile that is free to slide inside: the confining stage ends with the data so far."""
