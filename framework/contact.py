@@ -149,8 +149,13 @@ def keys_of_bonds(specimen: Specimen, laws: Mapping[Any, ContactLaw]) -> np.ndar
         lacking = int(np.argmin(found))
         kind = int(mesh.interface_kind[lacking])
         where = "" if kind == 0 else f" ({grains.kinds[kind]})"
-        pair = " and ".join(map(grains.phase_name, sorted(grains.phase[mesh.interface_grains[lacking]].tolist())))
-        raise ParameterError(f"law: no law is given for contacts between the phases {pair}{where}")
+        phases = sorted(grains.phase[mesh.interface_grains[lacking]].tolist())
+        pair = " and ".join(map(grains.phase_name, phases))
+        cut = "; beside joints they are cuts of whole blocks: tie them by Specimen(..., tied=['between'])"
+        raise ParameterError(
+            f"law: no law is given for contacts between the phases {pair}{where}"
+            f"{cut if grains.joints and kind == 0 and phases[0] == phases[1] else ''}"
+        )
     return found
 
 

@@ -454,6 +454,7 @@ def test_a_sample_in_which_damage_grows_is_done_again_in_pieces(pieces, damage, 
     run, told, rows, left = object.__new__(Execution), [], [], list(damage)
     run.stages, run.folder, run.goes_on, run.at = [stage], None, True, Counters()
     run.state, run.columns = SimpleNamespace(damage=5, time=0.0), SimpleNamespace(count=0)
+    run.state.broken_time, run.state.bonds = np.array([0.1, np.nan]), ["one"]
 
     def advance(stage, steps, look):
         told.append(steps)
@@ -472,7 +473,10 @@ def test_a_sample_in_which_damage_grows_is_done_again_in_pieces(pieces, damage, 
     run._return_to = lambda moment: setattr(run.state, "damage", moment)
     run._check, run._record, run._observe = lambda *_: None, record, lambda stage: 0.0
     run._stand = lambda stage: ""
-    with pytest.raises(gl.StageError, match=f"'press' did not end within {len(kept)} samples; it waits for the end"):
+    says = (
+        f"'press' did not end within {len(kept)} samples; it waits for the end; 1 of its 2 contact points have broken"
+    )
+    with pytest.raises(gl.StageError, match=says):
         run._run_stage()
     assert (told, rows) == (asked, kept)
 

@@ -74,6 +74,13 @@ def test_two_keys_of_one_rank_are_refused_where_a_contact_has_both(laws, says):
     assert laws_between(wall([0, 0, 2, 2]), laws)[0] is C  # which has none
 
 
+def test_cuts_beside_joints_say_how_they_become_whole():
+    edges = wall([0, 0, 0, 0], names=()).edges
+    joint = np.column_stack([edges.start, edges.end])[edges.right == 1]
+    with pytest.raises(gl.ParameterError, match=r"phases 0 and 0; beside joints .* tie them by .*tied=\['between'\]"):
+        laws_between(wall([0, 0, 0, 0], names=(), joints={"bedding": joint}), {"bedding": A})
+
+
 def test_phases_by_number_and_by_name_are_the_same():
     by_name = {("quartz", "quartz"): A, ("quartz", "mica"): B}
     by_number = {(0, 0): A, (1, 0): B}

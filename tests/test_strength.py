@@ -238,6 +238,11 @@ def test_what_is_doubted_of_a_strength():
     assert judged(strength=math.nan, law={"inside": elastic, ...: BRITTLE}) == [NOT_FAILED]
 
 
+def test_a_fluid_that_reaches_nothing_is_a_doubt():
+    assert judged(wet=3) == []
+    assert judged(wet=0) == ["the fluid has reached no contact point"]
+
+
 def test_a_strength_that_is_not_known_is_shown_as_a_bound():
     summary = {"strength": math.nan, "largest_stress": 2e6, "modulus": math.nan, "energy_error": 1.0, "steps": 7}
     unknown = SimpleNamespace(summary=summary, law=BRITTLE, curves={}, quantity=quantity_of)

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
-from grainlaw.columns import DAMAGED, STAGE, quantity_of
+from grainlaw.columns import DAMAGED, STAGE, WET, quantity_of
 from grainlaw.contact import ContactLaw, memory_names
 from grainlaw.quantity import Quantity
 from grainlaw.results.thresholds import strains_disagree
@@ -106,6 +106,8 @@ def doubts(result: Result) -> Iterator[str]:
             "the axial strain by volumetric_strain and lateral_strain is not the column strain: one of the three is "
             "wrong, and moduli with it"
         )
+    if summary.get(WET) == 0:
+        yield "the fluid has reached no contact point"
     asked = getattr(getattr(result.protocol, "loading", None), "imbalance", math.inf)
     if asked < summary.get("imbalance", 0.0) <= LIMITS["imbalance"][0]:
         yield f"the imbalance of {asked:g} that was asked for was not had before the failure; {SLOWER}"

@@ -183,7 +183,9 @@ class Execution:
                 self._save(self.moment())
         expected = f" ({stage.expected} were expected)" if stage.expected else ""
         waited = f"stage '{stage.name}' did not end within {stage.most_samples} samples{expected}"
-        raise StageError(f"{waited}; it waits for {stage.ends}{self._stand(stage)}")
+        broken = int(np.count_nonzero(~np.isnan(state.broken_time)))
+        parts = f"; {broken} of its {2 * len(state.bonds)} contact points have broken" if broken else ""
+        raise StageError(f"{waited}; it waits for {stage.ends}{self._stand(stage)}{parts}")
 
     def _warn_of_haste(self, stage: Stage) -> None:
         """Where a stage ends at once that should have many samples: a number of a wrong size ends it so."""
