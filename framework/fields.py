@@ -153,12 +153,9 @@ def optional(
     """
 
     def check(where: str, value: Any) -> float | None:
-        if value is None:
-            return None
-        found = checked_number(where, value, unit, at_least=at_least, above=above)
-        if words := usual and unusual(where, found, unit, usual):
-            warnings.warn(UnitWarning(words), stacklevel=5)
-        return found
+        return (
+            None if value is None else checked_number(where, value, unit, at_least=at_least, above=above, usual=usual)
+        )
 
     return checked_field(check, default=None, metadata={"unit": unit, "bounds": str(Bounds(at_least, above))})
 
@@ -170,14 +167,19 @@ def angle_of_friction(default: Any = attrs.NOTHING) -> Any:
 
 def checked_number(
     where: str, value: Any, unit: str = "1", *, at_least: float | None = None, above: float | None = None,
-    at_most: float | None = None,
+    at_most: float | None = None, usual: tuple[float, float] | None = None,
 ) -> float:  # fmt: skip
-    """The value as a finite float. Raises :class:`ParameterError`, which begins with ``where``: ``"hold: stress"``."""
+    """The value as a finite float; one that is not ``usual`` warns.
+
+    Raises :class:`ParameterError`, which begins with ``where``: ``"hold: stress"``.
+    """
     bounds = Bounds(at_least, above, at_most=at_most)
     if not is_number(value) or not bounds.allow(float(value)):
         measured = "" if unit == "1" or isinstance(value, str) else f" {unit}"
         hint = in_python(value)
         raise ParameterError(f"{where} = {short(value)}{measured} is not allowed, it must be {bounds}{hint}")
+    if words := usual and unusual(where, float(value), unit, usual):
+        warnings.warn(UnitWarning(words), stacklevel=5)
     return float(value)
 
 

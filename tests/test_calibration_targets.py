@@ -236,6 +236,15 @@ def test_what_cannot_be_looked_for_is_refused(law, free, tied, words):
         space_of(law, free, tied, {})
 
 
+def test_confinements_without_their_unit_are_told():
+    for aims, where in (
+        ({"confinements": (2, 4e6)}, "confinements[0] = 2"),
+        ({"triaxial": {10: 220e6}}, "triaxial = 10"),
+    ):
+        with pytest.warns(gl.UnitWarning, match=re.escape(f"Targets: {where} Pa is unusual, usual are 10000 to 1e+09")):
+            gl.Targets(ucs=150e6, friction_angle=45, **aims)
+
+
 def test_a_range_without_its_unit_is_told_once():
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")

@@ -118,6 +118,17 @@ def test_a_share_of_contacts_is_cracked_by_the_seed_of_the_sample():
     assert not np.array_equal(other.specimen.grains.joints["initial cracks"], ends)
 
 
+@pytest.mark.parametrize(
+    "given", [{"type": "voronoi", "size": "2 mm"}, {"size": "2 mm"}, {"type": "trigons", "size": "2 mm"}]
+)
+def test_cells_have_a_size_in_place_of_a_count(given):
+    chosen = made("", sample__grains=12, sample__width="20 mm", sample__height="20 mm", sample__breakable=given)
+    cells = chosen.sections["sample"]["breakable"]
+    assert (cells["type"], "count" in cells) == (given.get("type", "voronoi"), False)
+    assert chosen.specimen.grains.count == pytest.approx(100, rel=0.35)
+    assert made("", **{f"sample__{k}": v for k, v in chosen.sections["sample"].items()}).sections == chosen.sections
+
+
 def test_bricks_have_minerals_too():
     chosen = made(
         "", sample__tessellator="bricks", sample__rows=4, sample__columns=5, sample__width=1.0, sample__height=1.0,

@@ -23,6 +23,7 @@ BRAZILIAN, BENDING = "brazilian", "bending"
 TESTS = (COMPRESSION, CONFINED, TENSION, BRAZILIAN, BENDING)
 USUAL_UNCERTAINTY = 0.02  #: of a value: what the mean of some ten laboratory tests is known to
 KNOWN = (1e-4, 0.5)  #: of a value: its usual uncertainty
+CONFINING = (1e4, 1e9)  #: Pa: usual confinements
 CONFINED_AT = 0.05  #: of the strength: the confinement, if none is given
 
 
@@ -141,7 +142,7 @@ def _warn(words: str) -> None:
 def _triaxial(given: Any) -> dict[float, Target]:
     if not isinstance(given, Mapping):
         raise refusal("Targets: triaxial", given, "a mapping of confinements (Pa) to strengths")
-    pressures = [checked_number("Targets: triaxial", pressure, "Pa", above=0) for pressure in given]
+    pressures = [checked_number("Targets: triaxial", each, "Pa", above=0, usual=CONFINING) for each in given]
     found = {p: _target_of(AIMS[strength_at(p)], given[p]) for p in sorted(pressures)}
     for pressure, target in found.items():
         if target.value <= pressure:
@@ -182,7 +183,7 @@ class Targets(metaclass=Checked):
 
     def __attrs_post_init__(self) -> None:
         for number, value in enumerate(self.confinements):
-            checked_number(f"Targets: confinements[{number}]", value, "Pa", above=0)
+            checked_number(f"Targets: confinements[{number}]", value, "Pa", above=0, usual=CONFINING)
         if len(set(self.confinements)) < len(self.confinements):
             raise ParameterError(f"Targets: confinements = {short(self.confinements)} is not allowed, each only once")
         for less, more in SMALLER:
