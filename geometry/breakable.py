@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from abc import abstractmethod
 from collections.abc import Mapping
 from itertools import pairwise
@@ -13,7 +14,7 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 from grainlaw.arguments import Checked
-from grainlaw.fields import ParameterError, is_number, parameter, whole_number
+from grainlaw.fields import ParameterError, UnitWarning, is_number, parameter, whole_number
 from grainlaw.geometry.cells.any_voronoi import NEAR, SMALL
 from grainlaw.geometry.cells.convex import Point, Polygon, area, centroid, depth, polygon_of, split
 from grainlaw.geometry.cells.grain_size import check_room, length
@@ -244,6 +245,12 @@ class Breakable(Tessellator):
             grain, random = polygon_of(grains.vertices[corners]), np.random.default_rng([self.seed, g])
             number = int(grains.parent[g])
             parts.append([grain] if each is None else each.fill(grain, number, sizes[id(each)], random))
+        divided = [part for part, each in zip(parts, filling, strict=True) if each is not None]
+        if max(map(len, divided), default=0) == 1 and min(sizes.values()) > math.sqrt(mean):
+            words = (
+                f"cells of {min(sizes.values()):.3g} m divide no grain of {math.sqrt(mean):.3g} m: is the unit right?"
+            )
+            warnings.warn(UnitWarning(f"Breakable: {words}"), stacklevel=2)
         return self._joined(grains, parts, min(sizes.values()))
 
     def _joined(self, grains: Tessellation, parts: list[list[Polygon]], size: float) -> Tessellation:

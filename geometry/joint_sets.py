@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
@@ -10,7 +11,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
-from grainlaw.fields import ParameterError, parameter, vector
+from grainlaw.fields import ParameterError, UnitWarning, parameter, vector
 from grainlaw.geometry.cells.any_voronoi import NEAR, frame
 from grainlaw.geometry.cells.convex import Polygon, polygon_of, split
 from grainlaw.geometry.cells.cutting import Cutter
@@ -110,6 +111,12 @@ class JointSets(Tessellator):
         cutter, sides = Cutter(region, near), list(range(len(region.start)))
         pieces = [[piece] for cell in cells for piece in cutter.pieces(cell, sides)]
         made = self._named(tiling_of_parts(region, pieces, near), near)
+        for number in set(range(1, len(self.sets) + 1)) - {*made.kind.tolist()}:
+            each = self.sets[number - 1]
+            warnings.warn(
+                UnitWarning(f"JointSets: no joint of {each} crosses the region: are spacing and through right, in m?"),
+                stacklevel=2,
+            )
         merged = merge_short_edges(made, 0.0)  # drops what the cuts of joined pieces left
         limit, smallest = self.merge * spacing, self.merge * spacing**2 / 2
         merged, lines = self._first_set_held(merged, near)

@@ -1,5 +1,7 @@
 """Grains filled with cells: they tile, keep their grains' outlines, have no short edges; what is refused."""
 
+import warnings
+
 import attrs
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ from hypothesis import strategies as st
 from scipy import stats
 from tiling import BEAM, BEND, SLOPE, SQUARE, assert_sides_complete, assert_tiles, polygon_of, shoelace
 
+import grainlaw as gl
 from grainlaw.fields import ParameterError
 from grainlaw.geometry import (
     Breakable,
@@ -317,3 +320,14 @@ def test_a_vertex_where_nothing_turns_or_meets_is_dropped():
     assert found.first.tolist() == [0, 5, 10]
     assert found.kind.tolist() == [0, 2, 3, 4, 5, 7, 8, 9, 10, 11]
     assert merging._without_idle(found) is found
+
+
+def test_cells_larger_than_the_grains_are_told():
+    """Half a metre for half a millimetre; as many cells as grains is what one may ask for."""
+    grains, region = Voronoi(grains=12, seed=1), rectangle(0.02, 0.02)
+    with pytest.warns(gl.UnitWarning, match=r"Breakable: cells of 0\.5 m divide no grain of 0\.00577 m: is the unit"):
+        Breakable(grains, VoronoiCells(size=0.5)).tessellate(region)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        Breakable(grains, VoronoiCells(count=1)).tessellate(region)
+        Breakable(grains, VoronoiCells(size=0.004)).tessellate(region)

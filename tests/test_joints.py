@@ -1,5 +1,7 @@
 """Traces that cut grains, names of joint sets, slivers; what is refused."""
 
+import warnings
+
 import attrs
 import numpy as np
 import pytest
@@ -265,3 +267,16 @@ def test_cracks_of_a_joint_have_its_name(tmp_path):
     assert {row.split(",")[head.split(",").index("kind")] for row in rows} == {
         str(specimen.grains.kinds.index("fault"))
     }
+
+
+def test_a_set_without_a_joint_in_the_region_is_told():
+    """Spaced by 5 m in 20 mm; one joint that goes through is what one may ask for."""
+    region = rectangle(0.02, 0.04)
+    with pytest.warns(
+        UnitWarning, match=r"JointSets: no joint of JointSet\(dip=30 deg, spacing=5 m.* crosses the region"
+    ):
+        JointSets(sets=[JointSet(dip=30, spacing=5.0, through=(1.0, 1.0))]).tessellate(region)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        one = JointSets(sets=[JointSet(dip=0, spacing=5.0, through=(0, 0.02))]).tessellate(region)
+    assert one.count == 2
