@@ -111,19 +111,18 @@ class JointSets(Tessellator):
         cutter, sides = Cutter(region, near), list(range(len(region.start)))
         pieces = [[piece] for cell in cells for piece in cutter.pieces(cell, sides)]
         made = self._named(tiling_of_parts(region, pieces, near), near)
-        for number in set(range(1, len(self.sets) + 1)) - {*made.kind.tolist()}:
-            each = self.sets[number - 1]
-            warnings.warn(
-                UnitWarning(f"JointSets: no joint of {each} crosses the region: are spacing and through right, in m?"),
-                stacklevel=2,
-            )
         merged = merge_short_edges(made, 0.0)  # drops what the cuts of joined pieces left
         limit, smallest = self.merge * spacing, self.merge * spacing**2 / 2
         merged, lines = self._first_set_held(merged, near)
         merged = merge_short_edges(merged, limit, smallest, lines)
         merged = merge_short_edges(released(merged), limit, smallest, region_sides(region))
         names = [each.name or f"set {k}" for k, each in enumerate(self.sets, 1)]
-        return merged.tessellation(joints=names)
+        blocks = merged.tessellation(joints=names)
+        for name, each in zip(names, self.sets, strict=True):
+            if not len(blocks.joints[name]):
+                words = f"JointSets: no joint of {each} is left in the region: are spacing, through and merge right?"
+                warnings.warn(UnitWarning(words), stacklevel=2)
+        return blocks
 
     def _named(self, tiling: Tiling, near: float) -> Tiling:
         """The tiling that knows which edges lie on a joint of which set."""
