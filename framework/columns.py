@@ -281,10 +281,13 @@ def _names(value: Sequence[str]) -> tuple[str, ...]:
 def since(
     curves: Mapping[str, np.ndarray], begin: int, declared: Mapping[str, Quantity] | None = None
 ) -> dict[str, np.ndarray]:
-    """Samples from the number ``begin`` on; what a test ``counts`` from its own beginning counts from there."""
+    """Samples from the number ``begin`` on; what a test ``counts`` from its own beginning counts from there.
+
+    So do shared columns that count, such as the time, where a test declares them anew in another unit.
+    """
     after = {name: values[begin:] for name, values in curves.items()}
     if begin:
-        counted = [name for name in curves if quantity_of(name, declared).counts]
+        counted = [name for name in curves if quantity_of(name).counts or quantity_of(name, declared).counts]
         after |= {name: after[name] - curves[name][begin - 1] for name in counted}
     return after
 

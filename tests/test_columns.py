@@ -7,7 +7,18 @@ from study_rows import row, table_of
 from support import STIFF, small_sample
 
 import grainlaw as gl
-from grainlaw.columns import BETWEEN_ENDS, DEVIATOR, ENERGIES, ENERGY, EVERY_TEST, SPENT, SUPPLIED, course, energy
+from grainlaw.columns import (
+    BETWEEN_ENDS,
+    DEVIATOR,
+    ENERGIES,
+    ENERGY,
+    EVERY_TEST,
+    SPENT,
+    SUPPLIED,
+    course,
+    energy,
+    since,
+)
 from grainlaw.laws import Linear
 from grainlaw.protocols import BiaxialCompression, Cyclic, UniaxialCompression
 from grainlaw.quantity import Quantity
@@ -118,3 +129,11 @@ def test_curves_are_drawn_over_what_grows():
 @pytest.mark.parametrize(("value", "shown"), [(-1e-9, "0.0000 %"), (0.0, "0.0000 %"), (-1e-4, "-0.0100 %")])
 def test_what_rounds_to_nothing_has_no_sign(value, shown):
     assert Quantity("strain", "%", form=".4f").with_unit(value) == shown
+
+
+def test_a_shared_column_counts_also_where_a_test_shows_it_in_another_unit():
+    curves = {"time": np.array([1.0, 2.0, 4.0]), "moved": np.array([1.0, 3.0, 6.0]), "place": np.array([1.0, 3.0, 6.0])}
+    own = {"time": Quantity("time", "µs"), "moved": Quantity("moved", "µm", counts=True)}
+    after = {name: values.tolist() for name, values in since(curves, 1, own).items()}
+    assert after == {"time": [1.0, 3.0], "moved": [2.0, 5.0], "place": [3.0, 6.0]}
+    assert since(curves, 0, own)["time"].tolist() == curves["time"].tolist()
