@@ -41,8 +41,9 @@ class Laguerre(Tessellator):
     """Convex grains whose sizes have a distribution: power cells of prescribed areas, by optimal transport.
 
     Give either ``grains``, their number, or ``grain_size``, the square root of their mean area, and the ``sizes``; or
-    ``areas``, one for each grain, which must add up to the area of the region to 1 %. A ``grain_size`` that is
-    :class:`Graded` is that of the mean area at each place. The first seeds are independent
+    ``areas``, one for each grain, which must add up to the area of the region to 1 %; grains are numbered by their
+    place, ``fit(region).owner`` says which area each has. A ``grain_size`` that is :class:`Graded` is that of the mean
+    area at each place. The first seeds are independent
     and uniform. In each round of ``relaxation`` they move to the centroids of their cells, which become rounder; with
     ``circularity``, the mean of 4 pi area / perimeter^2 that is asked for, they move as often as it needs, and
     ``relaxation`` does not count.
