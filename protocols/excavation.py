@@ -14,7 +14,8 @@ from grainlaw.conditions import AtRest, Curves
 from grainlaw.engine.state import State
 from grainlaw.fields import IN_SITU, optional, parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator
-from grainlaw.loads import Drive, Traction
+from grainlaw.loads import Drive, Traction, enclosed_area
+from grainlaw.messages import refusal
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.protocols.between_platens import require_boundaries
 from grainlaw.quantity import Quantity
@@ -62,6 +63,9 @@ class Excavation(LoadingProtocol):
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         require_boundaries(specimen, "Excavation", self.opening)
+        mesh = specimen.mesh
+        if not enclosed_area(mesh.nodes, mesh.boundary_edges[self.opening]):
+            raise refusal("Excavation: opening", self.opening, "the rim of a hole in the specimen")
         sides = [name for name in specimen.mesh.boundaries if name != self.opening]
         slowly = PASSAGES * specimen.longest_passage or RIGID
         release = self.release or slowly

@@ -105,6 +105,10 @@ def test_a_specimen_without_an_opening_is_refused():
     full = gl.Specimen(Voronoi(grains=10, seed=1).tessellate(rectangle(0.1, 0.1)), ROCK)
     with pytest.raises(gl.ParameterError, match="Excavation: the specimen has no boundary named hole"):
         gl.simulate(full, STIFF, Excavation())
+    with pytest.raises(
+        gl.ParameterError, match="opening = 'top' is not allowed, it must be the rim of a hole in the spec"
+    ):
+        Excavation(opening="top").stages(PLATE)
 
 
 def test_edges_of_a_rim_that_are_near_each_other_are_no_contact():
