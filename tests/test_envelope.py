@@ -93,6 +93,12 @@ def test_two_tests_have_no_interval_and_no_friction_no_angle():
     assert falling.slope == pytest.approx(-10)
 
 
+@pytest.mark.parametrize("fit", [gl.fit_mohr_coulomb, gl.fit_hoek_brown])
+def test_strengths_and_confinements_in_the_other_order_are_refused(fit):
+    with pytest.raises(gl.ParameterError, match=f"{fit.__name__}: strength = 0 Pa under 1e.08 Pa is not allowed"):
+        fit([1e8, 1.5e8], [0, 1e7])
+
+
 @pytest.mark.parametrize("peaks", [[1e8], [1e8, 2e8], [1e8, math.nan, 1e8]])
 @pytest.mark.parametrize("fit", [gl.fit_mohr_coulomb, gl.fit_hoek_brown])
 def test_peaks_that_cannot_be_fitted_are_refused(fit, peaks):

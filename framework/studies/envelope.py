@@ -64,7 +64,10 @@ class HoekBrownFit(metaclass=Checked):
 
 @checked
 def fit_mohr_coulomb(confinement: Sequence[float], strength: Sequence[float]) -> MohrCoulombFit:
-    """Fit strengths (Pa) over confinements (Pa). Raises ParameterError for fewer than two different confinements."""
+    """Fit strengths (Pa) over confinements (Pa), both axial stresses and pressures at failure.
+
+    Raises ParameterError for fewer than two different confinements, and for a strength below its confinement.
+    """
     line = _Line.through(*_pairs("fit_mohr_coulomb", confinement, strength))
     m, b = line.slope, line.intercept
     angle, c = map(float, angle_and_cohesion(np.array(m), np.array(b)))
@@ -87,7 +90,7 @@ def angle_and_cohesion(slope: np.ndarray, ucs: np.ndarray) -> tuple[np.ndarray, 
 
 @checked
 def fit_hoek_brown(confinement: Sequence[float], strength: Sequence[float]) -> HoekBrownFit:
-    """Fit strengths (Pa) over confinements (Pa). Raises ParameterError for fewer than two different confinements.
+    """Fit strengths (Pa) over confinements (Pa), as :func:`fit_mohr_coulomb`.
 
     nan where the strengths fall so steeply that s_ci^2 is negative.
     """
@@ -139,6 +142,12 @@ def _pairs(name: str, confinement: Any, strength: Any) -> tuple[np.ndarray, np.n
         raise ParameterError(
             f"{name}: {len(x)} confinements and {len(y)} strengths are not allowed, there must be a finite one "
             "for each confinement, and two different confinements"
+        )
+    if (y < x).any():
+        low, under = float(y[y < x][0]), float(x[y < x][0])
+        raise ParameterError(
+            f"{name}: strength = {low:g} Pa under {under:g} Pa is not allowed, it must be an axial stress, which is at "
+            "least the confinement"
         )
     return x, y
 
