@@ -287,8 +287,9 @@ def since(
     """
     after = {name: values[begin:] for name, values in curves.items()}
     if begin:
-        counted = [name for name in curves if quantity_of(name).counts or quantity_of(name, declared).counts]
-        after |= {name: after[name] - curves[name][begin - 1] for name in counted}
+        told = {each.name for known in (SHARED, declared or {}) for each in known.values() if each.counts}
+        told |= {name for name in curves if (numbered := NUMBERED.fullmatch(name)) and numbered[1] in told}
+        after |= {name: after[name] - curves[name][begin - 1] for name in told & after.keys()}
     return after
 
 

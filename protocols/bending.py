@@ -151,7 +151,7 @@ def beam_shape_factor(depth: float, span: float) -> float:
     """
     left, angle = 1 - depth, math.pi * depth / 2
     inner = 1.99 - depth * left * (2.15 - 3.93 * depth + 2.7 * depth**2)
-    four = 2 * math.sqrt(depth) * inner / (2 * (1 + 2 * depth) * left**1.5)
+    four = math.sqrt(depth) * inner / ((1 + 2 * depth) * left**1.5)
     rounded = math.sqrt(math.tan(angle) / angle) * (0.923 + 0.199 * (1 - math.sin(angle)) ** 4) / math.cos(angle)
     pure = math.sqrt(math.pi * depth) * rounded
     return pure + 4 / span * (four - pure)

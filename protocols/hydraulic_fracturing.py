@@ -53,7 +53,9 @@ class HydraulicFracturing(LoadingProtocol):
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
 
     quantities = (
-        Quantity("breakdown_pressure", "MPa", is_main=True, meaning="largest pressure of a fluid that broke the rock"),
+        Quantity(
+            "breakdown_pressure", "MPa", is_main=True, meaning="largest pressure of a fluid that damaged the rock"
+        ),
         Quantity("largest_pressure", "MPa", meaning="of the fluid"),
         Quantity("initiation_pressure", "MPa", is_main=True, meaning="at which the first contact was damaged by it"),
         *(attrs.evolve(SHARED[name], unit="mm2", factor=1e6) for name in ("injected", "room", *FLUID)),

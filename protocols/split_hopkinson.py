@@ -125,7 +125,7 @@ class SplitHopkinson(LoadingProtocol):
         ]  # fmt: skip
 
     def _check(self, specimen: Specimen, bar: BarEnd, drives: Sequence[Drive]) -> None:
-        """Refuse a wave that pulls where the test presses, or presses where it pulls."""
+        """Refuse a wave that pulls where the test presses, or the other way round; warn of a width in other units."""
         peak = max(map(bar.at, np.linspace(0.0, self.duration, TRIED)), key=abs)
         if peak * (drives[0].at(0.0) - drives[1].at(0.0)) < 0:
             does, other = ("pulls", "presses, and its wave is below 0") if peak > 0 else ("presses", "pulls: above 0")

@@ -137,3 +137,9 @@ def test_a_shared_column_counts_also_where_a_test_shows_it_in_another_unit():
     after = {name: values.tolist() for name, values in since(curves, 1, own).items()}
     assert after == {"time": [1.0, 3.0], "moved": [2.0, 5.0], "place": [3.0, 6.0]}
     assert since(curves, 0, own)["time"].tolist() == curves["time"].tolist()
+
+
+def test_one_of_several_counts_as_they_do():
+    own = {"moved": Quantity("moved", "µm", counts=True)}
+    after = since({"moved_0": np.array([1.0, 3.0]), "moved_x": np.array([1.0, 3.0])}, 1, own)
+    assert (after["moved_0"].tolist(), after["moved_x"].tolist()) == ([2.0], [3.0])

@@ -58,10 +58,10 @@ def textured(tessellator: Tessellator, values: Mapping[str, Any]) -> tuple[Tesse
     if traces is not None and sized:
         tessellator = Jointed(tessellator, traces)
     if "breakable" in values:
-        given = values["breakable"]
-        sized = isinstance(given, Mapping) and "size" in given  # in place of a count
-        base = VoronoiCells(size=1.0) if sized else VoronoiCells(count=8)
-        cells = component(GrainCells, given, "sample.breakable", base)
+        filling = values["breakable"]
+        has_size = isinstance(filling, Mapping) and "size" in filling  # which takes the place of a count
+        base = VoronoiCells(size=1.0) if has_size else VoronoiCells(count=8)
+        cells = component(GrainCells, filling, "sample.breakable", base)
         tessellator = Breakable(tessellator, cells, seed=seed)
         section |= {"breakable": settings(cells, GrainCells), "seed": seed}
     if "cracks" in values:
