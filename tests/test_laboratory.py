@@ -311,7 +311,9 @@ def test_every_measure_is_explained_and_none_crashes(parted, tmp_path):
         assert list(result.laboratory.properties) == list(gl.MEASURES)
         exist = np.isfinite(list(result.laboratory.properties.values())).sum()
         leading = len(result.laboratory.to_pandas()) - len(gl.MEASURES)  # strength, E, nu ... of the test
-        assert len(str(result.laboratory).splitlines()) == leading + exist + bool(result.laboratory.note)
+        table, *doubts = str(result.laboratory).split("\ndoubt: ")
+        assert tuple(doubts) == result.doubts
+        assert len(table.splitlines()) == leading + exist + bool(result.laboratory.note)
         assert len(result.laboratory.growth["shear_length"]) == len(result.curves["time"])
         result.laboratory.plot().savefig(tmp_path / "report.png")
         assert (tmp_path / "report.png").stat().st_size > 20_000
