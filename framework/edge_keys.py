@@ -65,11 +65,11 @@ def words_of(key: Any) -> str:
 
 def check_known(where: str, keys: Iterable[Any], grains: Tessellation) -> None:
     """Raise :class:`ParameterError` for a key of a phase or a joint that the grains do not have by that name."""
-    phases, kinds = {*grains.phase_names, "inside"}, {*grains.kinds}
+    kinds = {*grains.kinds}
     for key in keys:
-        named = {part for part in (key if isinstance(key, tuple) else ()) if isinstance(part, str)}
-        if not named <= phases or (isinstance(key, str) and key not in kinds):
-            names, joints = ", ".join(grains.phase_names) or "without names", ", ".join(grains.joints) or "none"
+        phases = [part for part in key if part not in ("inside", ...)] if isinstance(key, tuple) else []
+        if None in map(grains.phase_number, phases) or (isinstance(key, str) and key not in kinds):
+            names, joints = grains.known_phases, ", ".join(grains.joints) or "none"
             star = "; any other is ... in Python, as in ('mica', ...)" if "*" in key else ""
             raise ParameterError(
                 f"{where}: {key!r} names what the grains do not have (phases: {names}; joints: {joints}){star}"

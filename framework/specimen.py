@@ -102,9 +102,9 @@ class Specimen(metaclass=Checked):
             raise ParameterError("Specimen: tied is not allowed with rigid grains, which have no nodes to share")
         if isinstance(self.material, Mapping):
             for key in self.material:
-                if isinstance(key, str) and self.grains.phase_number(key) is None:
-                    known = ", ".join(self.grains.phase_names) or "without names"
-                    raise ParameterError(f"Specimen: material: there is no phase '{key}' (phases: {known})")
+                if key is not ... and self.grains.phase_number(key) is None:
+                    known = self.grains.known_phases
+                    raise ParameterError(f"Specimen: material: there is no phase {key!r} (phases: {known})")
             missing = [phase for phase in np.unique(self.grains.phase).tolist() if self._entry(phase) is None]
             if missing:
                 names = ", ".join(map(self.grains.phase_name, missing))

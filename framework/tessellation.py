@@ -155,10 +155,15 @@ class Tessellation(metaclass=Checked):
         return len(np.unique(self.parent)) < self.count
 
     def phase_number(self, phase: int | str) -> int | None:
-        """Number of a phase given by number or name; None for a name that no phase has."""
+        """Number of a phase given by number or name; None for what no phase has."""
         if isinstance(phase, str):
             return self.phase_names.index(phase) if phase in self.phase_names else None
-        return int(phase)
+        return int(phase) if phase in (range(len(self.phase_names)) or self.phase.tolist()) else None
+
+    @property
+    def known_phases(self) -> str:
+        """Names of all phases; where they have none, their numbers."""
+        return ", ".join(self.phase_names) or f"without names, numbers {', '.join(map(str, np.unique(self.phase)))}"
 
     def phase_name(self, number: int) -> str:
         """Name of a phase, or its number as text."""

@@ -13,7 +13,7 @@ import attrs
 import numpy as np
 from scipy.spatial import Delaunay
 
-from grainlaw.arguments import Checked
+from grainlaw.arguments import Checked, checked
 from grainlaw.fields import ParameterError, UnitWarning, is_number, parameter, whole_number
 from grainlaw.geometry.cells.any_voronoi import NEAR, SMALL
 from grainlaw.geometry.cells.convex import Point, Polygon, area, centroid, depth, polygon_of, split
@@ -231,6 +231,7 @@ class Breakable(Tessellator):
     seed: int = whole_number(at_least=0, default=1)  #: of the random numbers
     merge: float = parameter("cell sizes", default=0.25, at_least=0, below=1)  #: shorter edges vanish where they can
 
+    @checked
     def tessellate(self, region: Region) -> Tessellation:
         """Fill a region; the cells of a grain follow each other in number."""
         grains = self.tessellator.tessellate(region)
@@ -250,7 +251,7 @@ class Breakable(Tessellator):
             words = (
                 f"cells of {min(sizes.values()):.3g} m divide no grain of {math.sqrt(mean):.3g} m: is the unit right?"
             )
-            warnings.warn(UnitWarning(f"Breakable: {words}"), stacklevel=2)
+            warnings.warn(UnitWarning(f"Breakable: {words}"), stacklevel=3)
         return self._joined(grains, parts, min(sizes.values()))
 
     def _joined(self, grains: Tessellation, parts: list[list[Polygon]], size: float) -> Tessellation:

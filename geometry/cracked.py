@@ -8,6 +8,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.arguments import checked
 from grainlaw.edge_keys import CRACKS
 from grainlaw.fields import ParameterError, parameter, whole_number
 from grainlaw.messages import refusal
@@ -54,6 +55,7 @@ class Cracked(Tessellator):
         if not isinstance(self.name, str) or self.name in (BETWEEN, INSIDE, ""):
             raise refusal("Cracked: name", self.name, f"a text, not {BETWEEN} or {INSIDE}")
 
+    @checked
     def tessellate(self, region: Region) -> Tessellation:
         """Fill a region and draw the edges."""
         grains = self.tessellator.tessellate(region)

@@ -10,7 +10,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from grainlaw.arguments import Checked
+from grainlaw.arguments import Checked, checked
 from grainlaw.fields import ParameterError, UnitWarning, parameter, vector
 from grainlaw.geometry.cells.any_voronoi import NEAR, frame
 from grainlaw.geometry.cells.convex import Polygon, polygon_of, split
@@ -93,6 +93,7 @@ class JointSets(Tessellator):
     sets: Sequence[JointSet] = attrs.field(converter=_sets)  #: sets of parallel joints
     merge: float = parameter("spacings", default=0.1, at_least=0, below=0.5)  #: shorter edges vanish where they can
 
+    @checked
     def tessellate(self, region: Region) -> Tessellation:
         """Fill a region, strip by strip.
 
@@ -121,7 +122,7 @@ class JointSets(Tessellator):
         for name, each in zip(names, self.sets, strict=True):
             if not len(blocks.joints[name]):
                 words = f"JointSets: no joint of {each} is left in the region: are spacing, through and merge right?"
-                warnings.warn(UnitWarning(words), stacklevel=2)
+                warnings.warn(UnitWarning(words), stacklevel=3)
         return blocks
 
     def _named(self, tiling: Tiling, near: float) -> Tiling:

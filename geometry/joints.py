@@ -11,6 +11,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.arguments import checked
 from grainlaw.fields import ParameterError, UnitWarning, checked_points, parameter
 from grainlaw.geometry.cells.any_voronoi import NEAR
 from grainlaw.geometry.cells.convex import Point, Polygon, depth, polygon_of, split
@@ -158,6 +159,7 @@ class Jointed(Tessellator):
     traces: Mapping[str, Any] = attrs.field(converter=_traces)  #: lists of polylines (x, y) m, by name of their set
     merge: float = parameter("grain sizes", default=0.25, at_least=0, below=1)  #: shorter edges vanish where they can
 
+    @checked
     def tessellate(self, region: Region) -> Tessellation:
         """Fill a region and cut the grains; the parts of a grain follow each other in number."""
         self._warn_of_units(region)
@@ -195,7 +197,7 @@ class Jointed(Tessellator):
                     f"Jointed: no trace of {name} meets the region, which has x from {low[0]:g} to {high[0]:g} m and y "
                     f"from {low[1]:g} to {high[1]:g} m: is the unit right?"
                 )
-                warnings.warn(UnitWarning(words), stacklevel=3)
+                warnings.warn(UnitWarning(words), stacklevel=4)
 
 
 def _lines(start: np.ndarray, end: np.ndarray) -> list[Chord]:

@@ -8,6 +8,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.arguments import checked
 from grainlaw.fields import ParameterError, checked_number, parameter, part, whole_number
 from grainlaw.geometry.cells.area_cells import AreaFit, areas_cells, checked_areas, grains_of_circularity, scattered
 from grainlaw.geometry.cells.grain_size import check_memory, grain_count, require_one
@@ -76,6 +77,7 @@ class Laguerre(Tessellator):
         if self.areas is not None:
             checked_areas("Laguerre: areas", np.array(self.areas))
 
+    @checked
     def tessellate(self, region: Region) -> Tessellation:
         """Fill a region; grains near in space are near in number. Raises ParameterError."""
         return self.fit(region).tessellation

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping
 from typing import Any
 
 import attrs
 import numpy as np
 
+from grainlaw.arguments import checked
 from grainlaw.fields import ParameterError, is_number, parameter, whole_number
 from grainlaw.geometry.cells.area_cells import AreaFit
 from grainlaw.geometry.cells.dealing import (
@@ -95,6 +97,7 @@ class Minerals(Tessellator):
             other = "sizes" if grains.areas is None else "areas"
             raise ParameterError(f"Minerals: give either sizes or the {other} of Laguerre, not both")
 
+    @checked
     def tessellate(self, region: Region) -> Tessellation:
         """Fill a region, and deal the grains."""
         if self.sizes is not None and isinstance(self.tessellator, Laguerre):
@@ -105,6 +108,7 @@ class Minerals(Tessellator):
         areas, shares = np.bincount(grain, cells.areas), np.array(list(self.fractions.values()))
         random = np.random.default_rng(self.seed)
         phase = refined(dealt(areas, shares, random), areas, shares, random)
+        self._warn_of_missing(phase)
         if self.clustering != 1 and len(shares) > 1:
             pairs, lengths = _boundary(cells, grain)
             average = expected_share(phase)
@@ -113,6 +117,14 @@ class Minerals(Tessellator):
             if abs(reached - wanted) > max(REACHED * wanted, 1 / len(areas)):
                 raise self._not_reached(len(areas), reached / average)
         return attrs.evolve(cells, phase=phase[grain], phase_names=tuple(self.fractions))
+
+    def _warn_of_missing(self, phase: np.ndarray) -> None:
+        """Warn of minerals of which there is less than half a grain."""
+        missing = [name for k, name in enumerate(self.fractions) if k not in phase]
+        if missing:
+            shares = ", ".join(f"{name} ({self.fractions[name]:g})" for name in missing)
+            words = f"Minerals: no grain is {shares}: {len(phase)} grains are too few for so small a share"
+            warnings.warn(words, stacklevel=4)
 
     def _sized(self, region: Region, grains: Laguerre, sizes: ByPhase) -> tuple[AreaFit, np.ndarray]:
         """Grains of the sizes of their minerals, and (n,) the mineral of each of the areas they were asked to have.

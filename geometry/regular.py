@@ -8,6 +8,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from grainlaw.arguments import checked
 from grainlaw.fields import ParameterError, checked_field, checked_number, checked_whole_number, whole_number
 from grainlaw.geometry.cells.any_voronoi import NEAR, SMALL, Cells
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram, polygons
@@ -40,6 +41,7 @@ class Bricks(Tessellator):
     rows: int | tuple[float, ...] = checked_field(_bricks, default=2)  #: on top of each other, from below
     columns: int | tuple[float, ...] = checked_field(_bricks, default=1)  #: beside each other, from the left
 
+    @checked
     def tessellate(self, region: Region) -> Tessellation:
         """Fill an upright rectangle, row by row from below. Raises ParameterError for another region."""
         low, high = region.bounds
@@ -78,6 +80,7 @@ class Hexagonal(Tessellator):
     def __attrs_post_init__(self) -> None:
         require_one(self)
 
+    @checked
     def tessellate(self, region: Region) -> Tessellation:
         """Fill a region; grains near in space are near in number."""
         count = grain_count(self, region)

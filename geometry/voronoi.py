@@ -8,6 +8,7 @@ import attrs
 import numpy as np
 from scipy.spatial import cKDTree
 
+from grainlaw.arguments import checked
 from grainlaw.fields import ParameterError, checked_field, parameter, whole_number
 from grainlaw.geometry.cells.any_voronoi import SMALL, Cells
 from grainlaw.geometry.cells.bounded_voronoi import bounded_diagram, polygons
@@ -48,6 +49,7 @@ class Voronoi(Tessellator):
     def __attrs_post_init__(self) -> None:
         require_one(self, "points")
 
+    @checked
     def tessellate(self, region: Region) -> Tessellation:
         """Fill a region; grains near in space are near in number. Raises ParameterError."""
         own = self._own_points(region)

@@ -49,7 +49,8 @@ class Excavation(LoadingProtocol):
     #: time in which the forces on its rim are let go; unless given, six passages of a shear wave through the rock
     release: float | None = optional("s", above=0)
     rest: float = parameter("1", default=1e-4)  #: ratio at which the rock counts as at rest
-    samples: int = whole_number(default=100, at_least=10)  #: in the time release
+    #: in the time release; in a twentieth of that of six passages where this is longer
+    samples: int = whole_number(default=100, at_least=10)
     integrator: Integrator = part(Integrator, CentralDifference())  #: the time integration, with its damping
 
     quantities = (
@@ -69,8 +70,9 @@ class Excavation(LoadingProtocol):
         sides = [name for name in specimen.mesh.boundaries if name != self.opening]
         slowly = PASSAGES * specimen.longest_passage or RIGID
         release = self.release or slowly
-        limit = MOST * math.ceil(self.samples * max(1.0, slowly / release))
-        stress, interval = (self.xx, self.yy, self.xy), release / self.samples
+        sampled = max(release, slowly / MOST)  # a rim that is let go at once needs no samples in that time
+        limit = MOST * math.ceil(self.samples * max(1.0, slowly / sampled))
+        stress, interval = (self.xx, self.yy, self.xy), sampled / self.samples
         rising = [Traction(boundary=name, stress=stress, ramp=release) for name in (*sides, self.opening)]
         far: list[Load] = [Traction(boundary=name, stress=stress) for name in sides]
         if self.held:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy as np
 from grainlaw.columns import TIME, Panel
 from grainlaw.conditions import Curves, Reaches
 from grainlaw.engine.state import State
-from grainlaw.fields import ParameterError, checked_number, parameter, part, whole_number
+from grainlaw.fields import ParameterError, UnitWarning, checked_number, parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator, Undamped
 from grainlaw.loads import Drive, Quiet, Traction
 from grainlaw.messages import refusal
@@ -76,6 +77,15 @@ class PlaneWave(LoadingProtocol):
             raise ParameterError(
                 "PlaneWave: stress and velocity are both given, the left end can have only one of them"
             )
+        self._warn_of_units()
+
+    def _warn_of_units(self) -> None:
+        """Warn of a wave whose largest value comes after the test, as one in ms."""
+        moved = self.velocity is not None
+        name, unit, wave = ("velocity", "m/s", self.velocity) if moved else ("stress", "Pa", self.stress)
+        if isinstance(wave, TimeSeries) and (late := wave.times[np.abs(wave.values).argmax()]) > self.duration:
+            words = f"PlaneWave: {name} = {wave.in_words(unit)} is largest at {late:g} s, after the duration of"
+            warnings.warn(UnitWarning(f"{words} {self.duration:g} s: is the unit right?"), stacklevel=4)
 
     quantities = (
         Quantity("peak_stress", "MPa", form=".2f"), Quantity("peak_time", "µs"), Quantity("peak_velocity", "m/s"),

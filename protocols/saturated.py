@@ -12,6 +12,7 @@ from grainlaw.columns import SATURATES, STAGE, TIME, WET, Panel
 from grainlaw.conditions import AtRest, Curves
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, checked_field, parameter, part
+from grainlaw.integration import CentralDifference, Integrator, Undamped
 from grainlaw.loads import BoundaryLoad, Drive, Driven, FluidPressure, Hold, Pressure, Quiet
 from grainlaw.messages import enumeration, refusal
 from grainlaw.protocol import LoadingProtocol
@@ -95,7 +96,7 @@ class Saturated(LoadingProtocol):
         return attrs.evolve(
             stage, name=SATURATE, loads=[load for load in map(_at_start, stage.loads) if load is not None],
             loading=None, ageing=None, pieces=1, expected=None, static=not stage.of(Quiet), until=[AtRest(1e-4)],
-            interval=self.ramp / SAMPLES, sample_limit=MOST,
+            interval=self.ramp / SAMPLES, sample_limit=MOST, integrator=_comes_to_rest(stage.integrator),
         )  # fmt: skip
 
     def measure(self, state: State) -> dict[str, float]:
@@ -151,6 +152,12 @@ def _loads(stage: Stage) -> bool:
 
 def _ramps(stage: Stage) -> list[float]:
     return [load.ramp for load in stage.of(BoundaryLoad)]
+
+
+def _comes_to_rest(integrator: Integrator) -> Integrator:
+    """One for waves, which nothing damps, would never."""
+    undamped = isinstance(integrator, CentralDifference) and isinstance(integrator.damping, Undamped)
+    return CentralDifference() if undamped else integrator
 
 
 def _at_start(load: Load) -> Load | None:

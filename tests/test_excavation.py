@@ -126,6 +126,10 @@ def test_a_rim_is_let_go_in_six_passages_of_a_shear_wave(size):
     (*_, rim) = Excavation().stages(specimen)[1].loads
     speed = math.sqrt(ROCK.youngs_modulus / (2 + 2 * ROCK.poissons_ratio) / ROCK.density)
     assert rim.ramp == pytest.approx(6 * size / speed)
+    at_once = Excavation(release=1e-9).stages(specimen)[1]  # samples are few all the same
+    assert at_once.loads[-1].ramp == 1e-9
+    assert at_once.sample_limit <= 50_000
+    assert at_once.sample_limit * at_once.interval == pytest.approx(20 * rim.ramp)  # as of the slow one
     rigid = gl.Specimen(specimen.grains, gl.Rigid(density=2700))
     assert Excavation().stages(rigid)[1].loads[-1].ramp == 2e-4
 

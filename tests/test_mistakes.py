@@ -13,9 +13,9 @@ from command_line import FILE, SMALL, invoke
 from support import BRITTLE, PULL, ROCK, STIFF, STRONG, small_sample
 
 import grainlaw as gl
-from grainlaw.geometry import Voronoi, from_labels, notched_beam, plate_with_hole, rectangle
+from grainlaw.geometry import Minerals, Voronoi, from_labels, notched_beam, plate_with_hole, rectangle
 from grainlaw.laws import CohesiveCrack, MohrCoulomb
-from grainlaw.protocols import BiaxialCompression, Brazilian, Excavation, UniaxialCompression
+from grainlaw.protocols import BiaxialCompression, Brazilian, Excavation, PlaneWave, UniaxialCompression
 from grainlaw.units import GPa, MPa, mm
 
 PRESS = UniaxialCompression(loading=gl.Constant(speed=0.2), maximum_strain=2e-5, samples=10)
@@ -218,6 +218,18 @@ REFUSED = {
         lambda _: Voronoi(grain_size=0.1).tessellate(rectangle(0.02, 0.04)),
         "grain_size = 0.1 m is not allowed, it must be at most 0.02 m",
     ),
+    "sizes for a region": (
+        lambda _: Voronoi(grains=20).tessellate((0.02, 0.04)),
+        r"tessellate: region = \(0.02, 0.04\) is not allowed, it must be a Region",
+    ),
+    "the number of a phase that no grain has": (
+        lambda _: run({(0, 7): BRITTLE, ...: BRITTLE}),
+        r"\(0, 7\) names what the grains do not have \(phases: without names, numbers 0; joints: none\)",
+    ),
+    "the material of a phase that no grain has": (
+        lambda _: gl.Specimen(small_sample(4).grains, {3: ROCK, ...: ROCK}),
+        r"Specimen: material: there is no phase 3 \(phases: without names, numbers 0\)",
+    ),
     "negative density": (
         lambda _: gl.Elastic(youngs_modulus=60 * GPa, poissons_ratio=0.2, density=-2700),
         "density = -2700 kg/m3 is not allowed, .* above 0",
@@ -407,6 +419,14 @@ TOLD = {
     "specimen in mm": (
         lambda _: run(specimen=small_sample(12, width=20, height=40)),
         "a normal stiffness of .* is unusual between grains of 8.2 m",
+    ),
+    "a wave in ms": (
+        lambda _: PlaneWave(stress=[(0, 0), (5e-3, -1 * MPa), (10e-3, 0)]),
+        "PlaneWave: stress = .* is largest at 0.005 s, after the duration of 6e-05 s: is the unit right",
+    ),
+    "a mineral of less than a grain": (
+        lambda _: Minerals(Voronoi(grains=20), {"quartz": 0.999, "zircon": 0.001}).tessellate(rectangle(0.02, 0.04)),
+        r"no grain is zircon \(0.001\): 20 grains are too few for so small a share",
     ),
     "a speed of a testing machine": (pressed, "the run takes .* steps, .* a speed of 8.33e-06 m/s, .* load faster"),
     "targets in GPa": (
