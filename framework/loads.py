@@ -136,7 +136,7 @@ class BoundaryLoad(Levelled):
             )
 
     def check_specimen(self, specimen: Specimen) -> None:
-        check_boundary(self, specimen)
+        specimen.mesh.require_boundaries(type(self).__name__, self.boundary)
 
     def schedule(self, begin: np.ndarray, end: np.ndarray, pace: float, length: float) -> np.ndarray:
         """(n,) of steps from ``begin`` to ``end`` (n,) s since the stage began: what the part imposes, by step.
@@ -150,15 +150,6 @@ class BoundaryLoad(Levelled):
 def _field(kind: type) -> attrs.Attribute[Any]:
     """The field of a load that is declared by ``varying``."""
     return next(field for field in attrs.fields(kind) if "varies" in field.metadata)
-
-
-def check_boundary(load: BoundaryLoad | HeatBoundary | Quiet, specimen: Specimen) -> None:
-    """Raise :class:`ParameterError` for a load on a boundary that a specimen does not have."""
-    if load.boundary not in specimen.mesh.boundaries:
-        names = ", ".join(sorted(specimen.mesh.boundaries))
-        raise ParameterError(
-            f"{type(load).__name__}: boundary = {load.boundary!r} is not one of the specimen's: {names}"
-        )
 
 
 class Driven(BoundaryLoad):
@@ -355,7 +346,7 @@ class Quiet(Load):
             raise ParameterError(f"{where} is quiet and has a platen under a force: let a Traction give the force")
 
     def check_specimen(self, specimen: Specimen) -> None:
-        check_boundary(self, specimen)
+        specimen.mesh.require_boundaries(type(self).__name__, self.boundary)
         if specimen.is_rigid:
             raise ParameterError(f"Quiet: boundary = {self.boundary!r} is of rigid grains, which carry no waves")
 
@@ -680,7 +671,7 @@ class HeatBoundary(HeatLoad):
             )
 
     def check_specimen(self, specimen: Specimen) -> None:
-        check_boundary(self, specimen)
+        specimen.mesh.require_boundaries(type(self).__name__, self.boundary)
 
 
 class TemperatureBoundary(HeatBoundary):

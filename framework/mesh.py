@@ -11,6 +11,7 @@ import attrs
 import numpy as np
 
 from grainlaw.fields import ParameterError
+from grainlaw.messages import LIKE, nearest
 from grainlaw.polygon import following, linked
 from grainlaw.tessellation import Tessellation
 
@@ -82,8 +83,8 @@ class Mesh:
         nodes = self.boundaries[boundary]
         place = self.nodes[nodes]
         distance = np.hypot(*(place - (place.min(axis=0) + place.max(axis=0)) / 2).T)
-        nearest = place[np.argmin(distance)]
-        return nodes[np.hypot(*(place - nearest).T) <= 1e-9 * float(np.ptp(self.nodes))]
+        at = place[np.argmin(distance)]
+        return nodes[np.hypot(*(place - at).T) <= 1e-9 * float(np.ptp(self.nodes))]
 
     @cached_property
     def zone_areas(self) -> np.ndarray:
@@ -106,6 +107,14 @@ class Mesh:
         mass = np.bincount(self.zones.ravel(), np.repeat(areas / 3, 3))
         step = np.sqrt(mass / stiffness)
         return float(step.min() / np.median(step)), int(self.node_grain[step.argmin()])
+
+    def require_boundaries(self, where: str, *names: str) -> None:
+        """Raise ParameterError unless there are boundaries of these names."""
+        missing, has = sorted({*names} - {*self.boundaries}), ", ".join(sorted(self.boundaries))
+        if missing:
+            like = nearest(missing[0], self.boundaries, LIKE) if len(missing) == 1 else ""
+            named = " or ".join(missing)
+            raise ParameterError(f"{where}: the specimen has no boundary named {named}{like} (it has: {has})")
 
     def check_areas(self, where: str) -> None:
         """Raise ParameterError where the worst step is below a millionth, as of a cell that rounding has left."""

@@ -18,7 +18,7 @@ from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.loads import Drive
 from grainlaw.mesh import Mesh
 from grainlaw.moduli import work
-from grainlaw.protocols.between_platens import UntilFailure, refuse_platens, require_boundaries
+from grainlaw.protocols.between_platens import UntilFailure, refuse_platens
 from grainlaw.protocols.measures import certificate, failure_of, size
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
@@ -58,7 +58,7 @@ class _Bending(UntilFailure):
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         name = type(self).__name__
-        require_boundaries(specimen, name, "load", *SUPPORTS)
+        specimen.mesh.require_boundaries(name, "load", *SUPPORTS)
         refuse_platens(specimen, name, "it is loaded at its own boundaries load and support, without platens")
         fallen = self.failing("force", "deflection", after_break=True)
         return [
@@ -173,7 +173,7 @@ class SemiCircularBend(_Bending):
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         found = super().stages(specimen)
-        require_boundaries(specimen, type(self).__name__, "notch")
+        specimen.mesh.require_boundaries(type(self).__name__, "notch")
         return found
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:

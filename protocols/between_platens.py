@@ -90,19 +90,10 @@ class UntilFailure(LoadingProtocol):
         }  # fmt: skip
 
 
-def require_boundaries(specimen: Specimen, test: str, *names: str) -> None:
-    """Raise ParameterError unless the specimen has boundaries of these names."""
-    missing, has = set(names) - set(specimen.mesh.boundaries), ", ".join(sorted(specimen.mesh.boundaries))
-    if missing:
-        raise ParameterError(
-            f"{test}: the specimen has no boundary named {' or '.join(sorted(missing))}, only {has}"
-        )  # fmt: skip
-
-
 def require_platens(specimen: Specimen, test: str) -> None:
     """Raise ParameterError without the boundaries top and bottom, or with separate platens but no ends of the rock."""
     bodies = {"rock_top", "rock_bottom", "platen_top", "platen_bottom"} & set(specimen.mesh.boundaries)
-    require_boundaries(specimen, test, "top", "bottom", *(("rock_top", "rock_bottom") if bodies else ()))
+    specimen.mesh.require_boundaries(test, "top", "bottom", *(("rock_top", "rock_bottom") if bodies else ()))
 
 
 def refuse_platens(specimen: Specimen, test: str, why: str) -> None:
@@ -122,7 +113,7 @@ def require_ends(specimen: Specimen, test: str) -> None:
     The boundary of a rigid platen need not be flat.
     """
     require_platens(specimen, test)
-    require_boundaries(specimen, test, "left", "right")
+    specimen.mesh.require_boundaries(test, "left", "right")
     inner = tuple(name for name in ("platen_top", "platen_bottom") if name in specimen.mesh.boundaries)
     outer = ("top", "bottom") if inner else ()
     for name in (*ends(specimen), *inner, *outer):

@@ -17,7 +17,6 @@ from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loads import Drive, Traction, enclosed_area
 from grainlaw.messages import refusal
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.protocols.between_platens import require_boundaries
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Load, Stage
@@ -63,7 +62,7 @@ class Excavation(LoadingProtocol):
     panels = (Panel(TIME, ["width", "height"], "change of the size of the opening"),)
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
-        require_boundaries(specimen, "Excavation", self.opening)
+        specimen.mesh.require_boundaries("Excavation", self.opening)
         mesh = specimen.mesh
         if not enclosed_area(mesh.nodes, mesh.boundary_edges[self.opening]):
             raise refusal("Excavation: opening", self.opening, "the rim of a hole in the specimen")

@@ -20,7 +20,6 @@ from grainlaw.loads import Drive, Heat
 from grainlaw.memory import ROOM
 from grainlaw.messages import refusal
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.protocols.between_platens import require_boundaries
 from grainlaw.protocols.measures import vibration_share
 from grainlaw.protocols.preliminary import after_stages, begins_after, counted_after, samples_before
 from grainlaw.quantity import Quantity
@@ -100,7 +99,7 @@ class Heating(LoadingProtocol):
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         sides = () if self.test is not None and self.held is not Held.ALL else ("left", "right")
-        require_boundaries(specimen, "Heating", "top", "bottom", *sides)
+        specimen.mesh.require_boundaries("Heating", "top", "bottom", *sides)
         drives = self._drives()
         heating, before = [], ROOM
         for temperature in self.to:

@@ -15,7 +15,6 @@ from grainlaw.fields import IN_SITU, parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loads import Injection, Traction
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.protocols.between_platens import require_boundaries
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
@@ -68,7 +67,7 @@ class HydraulicFracturing(LoadingProtocol):
     )  # fmt: skip
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
-        require_boundaries(specimen, "HydraulicFracturing", self.opening)
+        specimen.mesh.require_boundaries("HydraulicFracturing", self.opening)
         sides = [name for name in specimen.mesh.boundaries if name != self.opening]
         time = self.largest_volume / self.rate
         far = [Traction(boundary=name, stress=(self.xx, self.yy, self.xy)) for name in sides]

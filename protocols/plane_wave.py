@@ -18,7 +18,6 @@ from grainlaw.integration import CentralDifference, Integrator, Undamped
 from grainlaw.loads import Drive, Quiet, Traction
 from grainlaw.messages import refusal
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.protocols.between_platens import require_boundaries
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
@@ -108,7 +107,7 @@ class PlaneWave(LoadingProtocol):
         return int(self.wave is Wave.S)
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
-        require_boundaries(specimen, "PlaneWave", "left", "right", "top", "bottom", *self.quiet)
+        specimen.mesh.require_boundaries("PlaneWave", "left", "right", "top", "bottom", *self.quiet)
         if specimen.is_rigid:
             raise ParameterError("PlaneWave: grains that are Rigid carry no waves, it needs another material")
         low, high = specimen.grains.region.bounds[:, 0].tolist()

@@ -16,7 +16,6 @@ from grainlaw.integration import CentralDifference, Integrator, Undamped
 from grainlaw.loads import BoundaryLoad, Drive, Driven, FluidPressure, Hold, Pressure, Quiet
 from grainlaw.messages import enumeration, refusal
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.protocols.between_platens import require_boundaries
 from grainlaw.protocols.preliminary import after_stages, begins_after, counted_after
 from grainlaw.protocols.uniaxial import UniaxialCompression
 from grainlaw.quantity import Quantity
@@ -69,7 +68,7 @@ class Saturated(LoadingProtocol):
         return (*self.test.panels, Panel(TIME, [WET]))
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
-        require_boundaries(specimen, "Saturated", *self.boundaries)
+        specimen.mesh.require_boundaries("Saturated", *self.boundaries)
         stages = list(self.test.stages(specimen))
         pressed = self._pressed(stages)
         moves = any(drive.moves for stage in stages for drive in stage.of(Drive))

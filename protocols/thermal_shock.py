@@ -19,7 +19,6 @@ from grainlaw.material import ABSOLUTE_ZERO
 from grainlaw.memory import ROOM
 from grainlaw.messages import refusal
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.protocols.between_platens import require_boundaries
 from grainlaw.protocols.measures import vibration_share
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
@@ -73,7 +72,7 @@ class ThermalShock(LoadingProtocol):
             raise ParameterError(f"ThermalShock: bath = {self.bath:g} °C is not allowed, it must differ from hot")
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
-        require_boundaries(specimen, "ThermalShock", *self.boundaries)
+        specimen.mesh.require_boundaries("ThermalShock", *self.boundaries)
         names = self.boundaries or tuple(specimen.mesh.boundaries)
         specimen.check_temperature("ThermalShock: hot", self.hot)
         flow = Conduction(

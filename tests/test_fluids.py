@@ -336,7 +336,7 @@ def test_a_configuration_has_tests_in_a_fluid():
             [fluid("left"), gl.loads.Pressure(boundary="left", pressure=1e6)],
             r"'left' has a pressure behind a membrane, .* cracks_only=True",
         ),
-        ([fluid("hole")], r"FluidPressure: boundary = 'hole' is not one of the specimen's: bottom, left"),
+        ([fluid("hole")], r"FluidPressure: the specimen has no boundary named hole \(it has: bottom, left"),
     ],
 )
 def test_fluids_that_cannot_be_are_refused(load, message):

@@ -266,7 +266,7 @@ def test_injections_that_cannot_be_are_refused():
         ),
         (
             [FLOOR, gl.loads.Injection(boundary="lid", rate=1e-3, volume=1.0)],
-            "boundary = 'lid' is not one of the specimen's",
+            "Injection: the specimen has no boundary named lid",
         ),
         ([FLOOR, *two], "has 2 injections, it can have one"),
         ([FLOOR, two[0], gl.loads.FluidPressure(boundary="left", pressure=1e6)], "has two fluids"),

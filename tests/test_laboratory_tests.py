@@ -285,13 +285,13 @@ def test_cycles_of_grains_that_slide_lose_work():
 @pytest.mark.parametrize(
     ("region", "test", "says"),
     [
-        (disc(20 * mm), UniaxialCompression(), "no boundary named left or right, only bottom, rim, top"),
+        (disc(20 * mm), UniaxialCompression(), "no boundary named left or right .it has: bottom, rim, top"),
         (disc(20 * mm), BiaxialCompression(confinement=1e6), "no boundary named left or right"),
         (rectangle(10 * mm, 20 * mm), ThreePointBending(), "no boundary named load or support_left or support_right"),
         (rectangle(10 * mm, 20 * mm), SemiCircularBend(), "no boundary named load"),
         (rectangle(10 * mm, 20 * mm), DirectShear(normal_stress=0), "it must have two, one on the other"),
         (semi_disc(20 * mm, notch_depth=4 * mm, notch_width=1 * mm, span=12 * mm, bearing=2 * mm), Brazilian(),
-         "no boundary named top, only bottom, load, notch"),
+         "no boundary named top .it has: bottom, load, notch"),
         (rectangle(20 * mm, 20 * mm), Brazilian(), "no disc: its rim is 1.41 to 1.41 times half of its width"),
     ],
 )  # fmt: skip

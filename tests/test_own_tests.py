@@ -86,11 +86,11 @@ class Careless(Pulled):
         ),
         (
             {"read": "moved topp"},
-            r"moved: there is no boundary 'topp'; did you mean 'top'\? \(there are: bottom,",
+            r"moved: the specimen has no boundary named topp; did you mean 'top'\? \(it has: bottom,",
         ),
         (
             {"read": "reaction lid"},
-            r"reaction: there is no boundary 'lid' \(there are: bottom, left, right, top\)",
+            r"reaction: the specimen has no boundary named lid \(it has: bottom, left, right, top\)",
         ),
         ({"read": "memory damge"}, r"state.memory: no law has 'damge' in its memory; did you mean 'damage'\?"),
     ],

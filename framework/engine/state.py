@@ -337,7 +337,7 @@ class State(metaclass=Checked):
 
         Raises :class:`ParameterError` for a boundary that is not there.
         """
-        self._check_boundary("reaction", boundary)
+        self.mesh.require_boundaries("state.reaction", boundary)
         return self.boundaries.reaction(boundary)
 
     def moved(self, boundary: str) -> np.ndarray:
@@ -345,16 +345,8 @@ class State(metaclass=Checked):
 
         Raises :class:`ParameterError` for a boundary that is not there.
         """
-        self._check_boundary("moved", boundary)
+        self.mesh.require_boundaries("state.moved", boundary)
         return self.mean_displacement[self.mesh.boundaries[boundary]].mean(axis=0)
-
-    def _check_boundary(self, where: str, boundary: str) -> None:
-        if boundary not in self.mesh.boundaries:
-            has = ", ".join(sorted(self.mesh.boundaries))
-            raise ParameterError(
-                f"state.{where}: there is no boundary '{boundary}'{nearest(boundary, self.mesh.boundaries)} "
-                f"(there are: {has})"
-            )
 
     @property
     def beyond_elastic(self) -> np.ndarray:
