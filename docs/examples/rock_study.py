@@ -25,7 +25,7 @@ from grainlaw.results.means import spread
 from grainlaw.units import MPa, mm, um
 
 DOCS = Path(__file__).parents[1]
-PAGE = DOCS / "tables/rock.md"
+PAGE, SHORT = DOCS / "tables/rock.md", DOCS / "rock.md"
 ROCK = gl.rocks["lac-du-bonnet-granite"]
 GRAIN, SLENDER = 2.87 * mm, 2.5  #: size of a grain; height over width of a specimen
 YIELD = {"cohesion": 120 * MPa, "friction_angle": 30}  #: of grains that yield: at 416 MPa without confinement
@@ -214,6 +214,20 @@ def effects_table(found):
     return markdown(heads, rows)
 
 
+def short_effects_table(found):
+    """Means alone, of those effects whose interval is without zero."""
+    pairs = list(changes(found))
+    rows = []
+    for name, (words, known) in QUANTITIES.items():
+        cells = []
+        for mean, half in (effect(found, name, *pair) for pair in pairs):
+            grows = f"{100 * np.expm1(mean):+.0f} %" if name in GROWS else f"{mean:+.2g}"
+            cells.append(grows if abs(mean) > half else "")
+        if any(cells):
+            rows.append([words, *cells, f"{known[0]:g} to {known[1]:g}" if known else ""])
+    return markdown(["", *(f"{each}: {level(low)} to {level(high)}" for each, low, high in pairs), "laboratory"], rows)
+
+
 def interactions_table(found, names=("UCS", "slope", "CI", "CD cylinder", "drop 40")):
     """Those of which one quantity's interval is without zero."""
     rows = []
@@ -301,16 +315,40 @@ def pace_table(table):
     """Means over the seeds; stresses over those of the same specimens under our adaptive loading and damping."""
     rows = []
     for cells, damping, pace in itertools.product(FACTORS["cells"], DAMPINGS, PACES):
-        of = table.where(cells=cells, damping=damping, pace=pace)
-        slow = table.where(cells=cells, damping="ours", pace="adaptive")
-        largest = of["largest_stress"]
-        damage = [np.array([reversal(of.run(k).curves, n) for k in range(len(of))]) for n in (1, 2)]
-        ratios = [over(of["strength"] / slow["strength"]), over(largest / slow["largest_stress"])]
-        words = ["even" if cells == 1 else f"{cells} cells", damping, pace, *ratios, *map(about, damage)]
+        of, slow = paces(table, cells, damping, pace)
+        ratios = [over(of[name] / slow[name]) for name in ("strength", "largest_stress")]
+        words = [grains_of(cells), damping, pace, *ratios, *(about(reversals(of, laterals)) for laterals in (1, 2))]
         rows.append([*words, f"{np.mean(of['drop']):.2f}", f"{100 * np.mean(of['imbalance']):.2g} %"])
     heads = ["grains", "damping", "pace", "first failure", "largest stress"]
     heads += ["CD over it, area", "CD over it, cylinder", "fall after the first failure", "imbalance"]
     return markdown(heads, rows)
+
+
+def short_pace_table(table, chosen=("10 1/s", "1 1/s", "adaptive")):
+    """CD as of a cylinder over the largest stress, and that over the largest under slow loading."""
+    each = list(itertools.product(DAMPINGS, FACTORS["cells"]))
+    rows = []
+    for pace in chosen:
+        rows.append([pace])
+        for damping, cells in each:
+            of, slow = paces(table, cells, damping, pace)
+            ratio = np.exp(np.log(of["largest_stress"] / slow["largest_stress"]).mean())
+            rows[-1].append(f"{reversals(of, 2).mean():.2f}; {ratio:.2f}")
+    return markdown(["pace", *(f"{grains_of(cells)}, {damping}" for damping, cells in each)], rows)
+
+
+def paces(table, cells, damping, pace):
+    """Rows of one pace, and those of the same specimens under our adaptive loading and damping."""
+    of = table.where(cells=cells)
+    return of.where(damping=damping, pace=pace), of.where(damping="ours", pace="adaptive")
+
+
+def grains_of(cells):
+    return "even" if cells == 1 else f"{cells} cells"
+
+
+def reversals(table, laterals):
+    return np.array([reversal(table.run(k).curves, laterals) for k in range(len(table))])
 
 
 def reversal(curves, laterals):
@@ -367,11 +405,14 @@ def main():
         "effects": effects_table(found), "interactions": interactions_table(found),
         "combinations": combinations_table(found), "pace": pace_table(pace), "cost": cost(table, pace),
     }  # fmt: skip
-    print("\n".join(texts.values()))
+    short = {"effects in short": short_effects_table(found), "paces in short": short_pace_table(pace)}
+    print("\n".join([*texts.values(), *short.values()]))
     draw_effects(found, DOCS / "images/rock_effects.png" if given.write else "rock_effects.png")
     if given.write:
         for name, text in texts.items():
             write(name, text)
+        for name, text in short.items():
+            write(name, text, SHORT)
         table.write_csv(DOCS / "rock.csv")
         pace.write_csv(DOCS / "rock-pace.csv")
 
