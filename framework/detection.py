@@ -21,7 +21,8 @@ class Detection(metaclass=Checked):
     """Contacts between edges of grains that were never bonded, or whose bond has broken and moved apart.
 
     Without a ``law`` of their own such contacts follow the law of the bonds between their phases, as it is after
-    breaking. A bond becomes a contact once it is broken at both points and one of its ends has moved by ``hand_over``.
+    breaking. A bond becomes a contact once it is broken at both points and one of its ends has moved by ``hand_over``,
+    or once it has turned about the only point that holds until corners overlap as much.
     """
 
     #: of contacts without a bond; what the bonds' laws become, if not given

@@ -18,9 +18,9 @@ TENSION = UniaxialTension(loading=gl.Constant(speed=0.3), maximum_strain=5e-4, s
 
 def several_minerals(material=ROCK, **options):
     """A sample whose grains have one of two phases, softer in the second."""
-    specimen = small_sample(material=material, **options)
-    phase = np.random.default_rng(3).integers(0, 2, specimen.grains.count)
-    return gl.Specimen(attrs.evolve(specimen.grains, phase=phase), material)
+    grains = small_sample(**options).grains
+    phase = np.random.default_rng(3).integers(0, 2, grains.count)
+    return gl.Specimen(attrs.evolve(grains, phase=phase), material)
 
 
 def varied(specimen):

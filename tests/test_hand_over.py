@@ -1,6 +1,7 @@
 """Broken interfaces that slide away become contacts of their edges: no jump, friction goes on, places are geometric."""
 
 import math
+from itertools import combinations, pairwise
 from types import SimpleNamespace
 
 import attrs
@@ -11,7 +12,8 @@ from support import small_sample
 import grainlaw as gl
 from grainlaw.columns import SPENT, SUPPLIED, energy
 from grainlaw.engine.contacts.hand_over import _leaving
-from grainlaw.geometry import Bricks, from_polygons, rectangle
+from grainlaw.geometry import Bricks, Cracked, Voronoi, from_polygons, rectangle
+from grainlaw.geometry.cells.convex import hull, split
 from grainlaw.laws import BandisClosure, CohesiveCrack, Friction, MohrCoulomb
 from grainlaw.protocols import DirectShear, FreeMotion, UniaxialCompression
 
@@ -213,18 +215,69 @@ class Weakened(gl.Observer):
 
 
 @pytest.mark.thorough
+@pytest.mark.parametrize(
+    ("points", "until"),
+    [(gl.EndPoints(), -90), (gl.GaussPoints(), -math.degrees(2 * math.asin(0.05 / (1 - 1 / math.sqrt(3)))))],
+)
 @pytest.mark.parametrize("material", MATERIALS.values(), ids=MATERIALS)
-def test_a_bond_that_is_half_broken_lasts_until_its_edges_stand_across(material):
-    """Free to turn by 298 degrees: beyond 180 the mean edge points the other way, and a gap would be an overlap."""
+def test_a_bond_that_is_half_broken_lasts_until_corners_overlap_or_its_edges_stand_across(material, points, until):
+    """Free to turn by 298 degrees: beyond 180 the mean edge points the other way, and a gap would be an overlap.
+
+    Corners beyond a point that holds, at 0.2113 of the edge, overlap by 0.05 of it when the edges have turned by 14
+    degrees: a corner that digs in deeper then presses the grains apart, and gives back what it took.
+    """
     flat = [(0.0, 0.0), (0.0, KITE), (-3e-3, KITE / 2)], [(0.0, 0.0), (3e-3, KITE / 2), (0.0, KITE)]
-    specimen = gl.Specimen(from_polygons(flat), material)
+    specimen = gl.Specimen(from_polygons(flat), material, contact_points=points)
     law = MohrCoulomb(kn=1e13, ks=1e13, tensile_strength=1e9, cohesion=1e9, friction_angle=0)
     seen, lasts = Weakened(), math.radians(220) / abs(SPIN)
     test = Turning(settle=1e-6, duration=lasts, gravity=(0, 0), fixed=[0], tracked=[1], samples=220)
     result = gl.simulate(specimen, law, test, observers=[seen])
-    assert seen.turned == pytest.approx(-90, abs=2)
+    assert seen.turned == pytest.approx(until, abs=2)
     assert len(result.cracks) == 2
     energy = result.curves["energy_kinetic"][result.curves["stage"] == 1]
-    assert energy == pytest.approx(energy[0], rel=0.02)
-    assert np.degrees(result.curves["rotation_1"][-1]) % 360 == pytest.approx(140, abs=5)
+    assert energy[-1] == pytest.approx(energy[0], rel=0.001)
+    if until == -90:
+        assert energy == pytest.approx(energy[0], rel=0.02)
+        assert np.degrees(result.curves["rotation_1"][-1]) % 360 == pytest.approx(140, abs=5)
     assert result.summary["energy_error"] < 1e-3
+
+
+def deepest_overlap(specimen, displacement):
+    """m, least width of what two grains have in common, whether a contact knows of it or not."""
+    mesh = specimen.mesh
+    place = (mesh.nodes + displacement).tolist()
+    grains = [hull([tuple(node) for node in place[a:b]]) for a, b in pairwise(mesh.first_node.tolist())]
+    reach = 2 * specimen.grains.grain_size
+    deepest = 0.0
+    for one, other in combinations(grains, 2):
+        if math.dist(one[0], other[0]) > 2 * reach:
+            continue
+        common = one
+        for (ax, ay), (bx, by) in zip(other, other[1:] + other[:1], strict=True):
+            common = split(common, (ax, ay), (bx - ax, by - ay), 0.0)[0] if common else []
+        if len(common) > 2:
+            sides = zip(common, common[1:] + common[:1], strict=True)
+            deepest = max(deepest, min(max(height(point, *side) for point in common) for side in sides))
+    return deepest
+
+
+def height(point, start, end):
+    """m, how far a point is to the left of a line."""
+    (ax, ay), (bx, by), (x, y) = start, end, point
+    return ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / math.dist(start, end)
+
+
+@pytest.mark.thorough
+def test_grains_of_a_crushed_specimen_overlap_little():
+    """By geometry alone. Of bonds that held by one point up to a right angle, corners overlapped by a quarter."""
+    rock, size = gl.rocks["lac-du-bonnet-granite"], 0.02 * math.sqrt(2 / 40)
+    softer = 2.87e-3 / size  # the bonds are those of grains of 2.87 mm
+    bond = attrs.evolve(rock.law, kn=rock.law.kn * softer, ks=rock.law.ks * softer, residual_friction_angle=45)
+    open_crack = Friction(kn=bond.kn, ks=bond.ks, friction_angle=30, gap=1e-6)
+    grains = Cracked(Voronoi(grains=40, seed=3), share=0.1, seed=3).tessellate(rectangle(0.02, 0.04))
+    specimen = gl.Specimen(grains, rock.material)
+    result = gl.simulate(
+        specimen, {"initial cracks": open_crack, ...: bond}, UniaxialCompression(maximum_strain=0.02), frames=10
+    )
+    assert result.curves["strain"].max() > 0.01
+    assert max(deepest_overlap(specimen, frame.displacement) for frame in result.frames[1:]) < 0.1 * size

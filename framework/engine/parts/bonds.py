@@ -171,15 +171,17 @@ class BondBooks(NamedTuple):
 
 
 @njit(**OPTIONS)
-def _mark_leaving(bonds, g, first, last, d1x, d1y, d2x, d2y, inverse):
-    """Mark bonds that have moved apart and are broken at both points, or at one about which they have turned."""
+def _mark_leaving(bonds, g, first, last, d1x, d1y, d2x, d2y, nx, ny, inverse):
+    """Mark bonds that have moved apart and are broken at both points, or have turned far about the one that holds."""
     count, leaving = bonds.half.shape[0], 0
     for c in range(first, last):
         k = c - first
         if max(d1x[k] ** 2 + d1y[k] ** 2, d2x[k] ** 2 + d2y[k] ** 2) > bonds.reach[c]:
             one = is_unbonded(bonds.laws, g, bonds.memory, c)
             other = is_unbonded(bonds.laws, g, bonds.memory, count + c)
-            if (one and other) or ((one or other) and bonds.half[c] * inverse[k] > ACROSS):
+            opened = min(d1x[k] * nx[k] + d1y[k] * ny[k], d2x[k] * nx[k] + d2y[k] * ny[k])
+            turned = opened < -math.sqrt(bonds.reach[c]) or bonds.half[c] * inverse[k] > ACROSS
+            if (one and other) or ((one or other) and turned):
                 bonds.leaving[c] = 1
                 leaving += 1
     return leaving
@@ -211,7 +213,7 @@ def _one_law(bonds, nodes, g, new, old, first, last):
         respond(bonds.laws, g, bonds.memory, 0, c, e, *addresses)
         respond(bonds.laws, g, bonds.memory, 1, c, e, *addresses)
         if moved_apart(d1x, d1y, d2x, d2y, bonds.reach[c:e]) > 0:
-            leaving += _mark_leaving(bonds, g, c, e, d1x, d1y, d2x, d2y, inverse)
+            leaving += _mark_leaving(bonds, g, c, e, d1x, d1y, d2x, d2y, nx, ny, inverse)
         n1, n2, t1, t2 = normal[c:e], normal[k:m], shear[c:e], shear[k:m]
         add_work(o1, o_old[c:e], n1, n_old[c:e], bonds.opening_work[c:e])
         add_work(o2, o_old[k:m], n2, n_old[k:m], bonds.opening_work[k:m])
