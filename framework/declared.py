@@ -131,7 +131,7 @@ def file_of(kind: type) -> str:
 
     The module comes last: that of a law's file need not be loaded.
     """
-    methods = [each for each in vars(kind).values() if isinstance(each, types.FunctionType)]
+    methods = [inspect.unwrap(each) for each in vars(kind).values() if isinstance(each, types.FunctionType)]
     files = [file_of_function(method) for method in methods if method.__module__ == kind.__module__]
     own = [file for file in files if not file.startswith("<attrs")]
     written = [file for file in own if file != DYNAMIC] or own

@@ -64,7 +64,7 @@ REFUSED = {
         lambda: run({0: LINEAR}),
         "the key 0 is not allowed, it must be a pair of phases by name or number",
     ),
-    "missing pair": (lambda: run({(0, 1): LINEAR}), "no law is given for contacts between the phases 0 and 0"),
+    "missing pair": (lambda: run({"inside": LINEAR}), "no law is given for contacts between the phases 0 and 0"),
     "specimen": (lambda: gl.simulate(None, LINEAR, PRESS), "specimen = None is not allowed, it must be a Specimen"),
     "protocol": (lambda: run(protocol=None), "protocol = None is not allowed, it must be a LoadingProtocol"),
     "threads": (lambda: run(threads=0), "threads = 0 is not allowed, it must be a whole number from 1"),

@@ -145,7 +145,7 @@ def test_each_contact_follows_the_law_of_its_own_strength(rock, law):
 
 def test_laws_for_pairs_of_phases_have_the_same_field(rock):
     phase = np.arange(rock.grains.count) % 2
-    mixed = gl.Specimen(attrs.evolve(rock.grains, phase=phase), ROCK)
+    mixed = gl.Specimen(attrs.evolve(rock.grains, phase=phase, phase_names=("a", "b", "c")), ROCK)  # no c
     strong = attrs.evolve(BRITTLE, tensile_strength=20e6)
     laws = {(1, 0): BRITTLE, (0, 0): strong, (1, 1): BRITTLE, (1, 2): strong}
     field = WeibullField(modulus=5)

@@ -312,7 +312,7 @@ def test_rigid_grains_have_no_quiet_boundary():
 
 
 def test_unknown_boundaries_are_refused():
-    with pytest.raises(gl.ParameterError, match="Quiet: boundary = 'lid'"):
+    with pytest.raises(gl.ParameterError, match="Quiet: the specimen has no boundary named lid"):
         gl.loads.Quiet(boundary="lid").check_specimen(bar(4))
 
 
