@@ -64,7 +64,7 @@ def words_of(key: Any) -> str:
 
 
 def check_known(where: str, keys: Iterable[Any], grains: Tessellation) -> None:
-    """Raise :class:`ParameterError` for a key of a phase or a joint that the grains do not have by that name."""
+    """Raise :class:`ParameterError` for a key of a phase (by name or number) or joint that the grains do not have."""
     kinds = {*grains.kinds}
     for key in keys:
         phases = [part for part in key if part not in ("inside", ...)] if isinstance(key, tuple) else []

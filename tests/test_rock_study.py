@@ -76,7 +76,7 @@ def test_effects_are_means_over_the_seeds_of_what_is_paired(made):
     table = study.effects_table(found)
     assert "| CI/UCS, 1 % of the cracks | **+0.22 (+0.20 to +0.24)** |" in table
     assert "| CD/UCS, area | - |" in table
-    short = study.short_effects_table(found)
+    short = study.effects_table(found, study.in_short)
     assert "| CI/UCS, 1 % of the cracks | +0.22 |  |  |  | +0.1 |  | 0.42 to 0.47 |" in short
     assert "| UCS (MPa) | +100 % |  |  |  |  |  | 178 to 222 |" in short
     assert short.count("\n") == 4  # CD, of which there is none, and what is all ones are left out

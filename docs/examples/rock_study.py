@@ -204,28 +204,22 @@ def changes(found):
         yield from ((factor, first, other) for other in others)
 
 
-def effects_table(found):
+def effects_table(found, cell=shown):
+    """A row of cells for each quantity, unless all of them are empty."""
     pairs = list(changes(found))
     heads = ["", *(f"{factor}: {level(low)} to {level(high)}" for factor, low, high in pairs), "laboratory"]
     rows = []
     for name, (words, known) in QUANTITIES.items():
-        laboratory = f"{known[0]:g} to {known[1]:g}" if known else ""
-        rows.append([words, *(shown(name, *effect(found, name, *pair)) for pair in pairs), laboratory])
+        cells = [cell(name, *effect(found, name, *pair)) for pair in pairs]
+        if any(cells):
+            rows.append([words, *cells, f"{known[0]:g} to {known[1]:g}" if known else ""])
     return markdown(heads, rows)
 
 
-def short_effects_table(found):
-    """Means alone, of those effects whose interval is without zero."""
-    pairs = list(changes(found))
-    rows = []
-    for name, (words, known) in QUANTITIES.items():
-        cells = []
-        for mean, half in (effect(found, name, *pair) for pair in pairs):
-            grows = f"{100 * np.expm1(mean):+.0f} %" if name in GROWS else f"{mean:+.2g}"
-            cells.append(grows if abs(mean) > half else "")
-        if any(cells):
-            rows.append([words, *cells, f"{known[0]:g} to {known[1]:g}" if known else ""])
-    return markdown(["", *(f"{each}: {level(low)} to {level(high)}" for each, low, high in pairs), "laboratory"], rows)
+def in_short(name, mean, half):
+    """The mean alone; nothing where zero is not outside of the interval."""
+    text = f"{100 * np.expm1(mean):+.0f} %" if name in GROWS else f"{mean:+.2g}"
+    return text if abs(mean) > half else ""
 
 
 def interactions_table(found, names=("UCS", "slope", "CI", "CD cylinder", "drop 40")):
@@ -405,7 +399,7 @@ def main():
         "effects": effects_table(found), "interactions": interactions_table(found),
         "combinations": combinations_table(found), "pace": pace_table(pace), "cost": cost(table, pace),
     }  # fmt: skip
-    short = {"effects in short": short_effects_table(found), "paces in short": short_pace_table(pace)}
+    short = {"effects in short": effects_table(found, in_short), "paces in short": short_pace_table(pace)}
     print("\n".join([*texts.values(), *short.values()]))
     draw_effects(found, DOCS / "images/rock_effects.png" if given.write else "rock_effects.png")
     if given.write:
