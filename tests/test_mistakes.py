@@ -13,7 +13,16 @@ from command_line import FILE, SMALL, invoke
 from support import BRITTLE, PULL, ROCK, STIFF, STRONG, small_sample
 
 import grainlaw as gl
-from grainlaw.geometry import Minerals, Voronoi, from_labels, notched_beam, plate_with_hole, rectangle
+from grainlaw.geometry import (
+    Breakable,
+    Minerals,
+    Voronoi,
+    VoronoiCells,
+    from_labels,
+    notched_beam,
+    plate_with_hole,
+    rectangle,
+)
 from grainlaw.laws import CohesiveCrack, MohrCoulomb
 from grainlaw.protocols import BiaxialCompression, Brazilian, Excavation, PlaneWave, UniaxialCompression
 from grainlaw.units import GPa, MPa, mm
@@ -557,6 +566,20 @@ def test_a_sliver_that_rules_the_step_is_told():
     words = r"the step of a run is 0.00028 of what most zones allow, for the thin cell 15 at \(-0.00965, 0.002585\) m"
     with pytest.warns(UserWarning, match=words):
         run(test=Own(loads=held, until=gl.conditions.Reaches("time", 1e-9)), specimen=gl.Specimen(plate, ROCK))
+
+
+def test_a_law_of_cells_without_cells_is_told():
+    """And not where grains have cells, or where laws are by phases."""
+    held = Own(loads=[drive(), gl.loads.Drive(boundary="bottom", axis=1, speed=0)])
+    with pytest.warns(UserWarning, match=r"law: 'inside' is for cells of one grain, and no grain .* has cells"):
+        run({"inside": BRITTLE, ...: BRITTLE}, held)
+    with pytest.warns(UserWarning, match=r"law: \('inside', 0\) is for cells"):
+        run({("inside", 0): BRITTLE, ...: BRITTLE}, held)
+    cells = Breakable(Voronoi(grains=6), VoronoiCells(count=3)).tessellate(rectangle(20 * mm, 40 * mm))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        run({"inside": BRITTLE, ...: BRITTLE}, held, gl.Specimen(cells, ROCK))
+        run({(0, 0): BRITTLE, ...: BRITTLE}, held)
 
 
 def test_what_nothing_holds_is_told():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from grainlaw.loading import Constant
 from grainlaw.loads import BarEnd, Conduction, Drive, FluidPressure, Heat, Hold, Pressure, Traction
 from grainlaw.material import Rigid
 from grainlaw.stage import Stage
+from grainlaw.tessellation import INSIDE
 
 CONTACTS = (1e-2, 1e4)  #: usual stiffness of contacts times the grain size, over that of the grains
 OPENING = 0.1  #: of the grain size: the most that a contact usually opens before it breaks
@@ -41,6 +42,18 @@ def warn_of_thin_cell(model: Model) -> None:
             f"the step of a run is {ratio:.2g} of what most zones allow, for the thin cell {cell} at "
             f"({x:.4g}, {y:.4g}) m; another seed, fewer sides of a round outline, larger grains beside it or "
             "mass_scaling=2 make it longer",
+            stacklevel=4,
+        )
+
+
+def warn_of_idle_laws(model: Model) -> None:
+    """Warn of a law for cells of one grain where no grain has cells."""
+    keys = model.laws if isinstance(model.laws, Mapping) else ()
+    inside = [key for key in keys if key == INSIDE or (isinstance(key, tuple) and key[0] == INSIDE)]
+    if inside and not model.specimen.grains.is_breakable:
+        warnings.warn(
+            f"law: {inside[0]!r} is for cells of one grain, and no grain of this specimen has cells: nothing follows "
+            "it; Breakable(grains, VoronoiCells(count=8)) gives them",
             stacklevel=4,
         )
 

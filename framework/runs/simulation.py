@@ -37,6 +37,7 @@ from grainlaw.runs.plausibility import (
     refuse_lost_loads,
     refuse_lost_pressures,
     warn_of_free,
+    warn_of_idle_laws,
     warn_of_scales,
     warn_of_thin_cell,
 )
@@ -182,4 +183,5 @@ def begun(
     warn_of_scales(model, stages)
     warn_of_free(stages)
     warn_of_thin_cell(model)
+    warn_of_idle_laws(model)
     return state, stages
