@@ -429,6 +429,10 @@ TOLD = {
         lambda _: run(specimen=small_sample(12, width=20, height=40)),
         "a normal stiffness of .* is unusual between grains of 8.2 m",
     ),
+    "stiffness of contacts in GPa/mm": (
+        lambda _: gl.elastic_properties(small_sample(12), gl.laws.Linear(kn=105, ks=94.5)),
+        "Linear: a normal stiffness of 105 Pa/m is unusual between grains of .* m and .* Pa: usual are",
+    ),
     "a wave in ms": (
         lambda _: PlaneWave(stress=[(0, 0), (5e-3, -1 * MPa), (10e-3, 0)]),
         "PlaneWave: stress = .* is largest at 0.005 s, after the duration of 6e-05 s: is the unit right",

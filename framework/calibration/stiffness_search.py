@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 import scipy
 
 from grainlaw.contact import ContactLaw
-from grainlaw.fields import ParameterError
+from grainlaw.fields import ParameterError, UnitWarning
 from grainlaw.material import Elastic, Material, Rigid
 from grainlaw.runs.elastic_properties import elastic_properties
 from grainlaw.short_form import rounded, to_digits
@@ -109,7 +110,9 @@ class StiffnessSearch:
         """Modulus (Pa) and Poisson's ratio, means over the specimens."""
         if (normal, ratio) not in self.known:
             law = self.law_of(normal, ratio)
-            found = [elastic_properties(specimen, law) for specimen in self.specimens]
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", UnitWarning)  # a search goes through what is unusual
+                found = [elastic_properties(specimen, law) for specimen in self.specimens]
             self.count += len(found)
             modulus = float(np.mean([each.modulus for each in found]))
             self.known[normal, ratio] = modulus, float(np.mean([each.poisson for each in found]))

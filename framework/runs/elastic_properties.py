@@ -21,6 +21,7 @@ from grainlaw.messages import refusal, short
 from grainlaw.moduli import converted
 from grainlaw.polygon import linked
 from grainlaw.quantity import aligned
+from grainlaw.runs.plausibility import warn_of_contacts
 from grainlaw.specimen import Specimen
 
 SIDES = ("bottom", "left", "right", "top")
@@ -71,6 +72,7 @@ def elastic_properties(
         raise refusal("elastic_properties: boundary", boundary, " or ".join(map(repr, BOUNDARIES)))
     _check(specimen)
     order, sizes = laws_of_bonds(specimen, law)
+    warn_of_contacts(specimen, law)
     if state is None:
         kn, ks = _declared(order, sizes)
         model = ElasticModel(specimen, kn, ks)

@@ -8,12 +8,13 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from grainlaw.contact import each_law
+from grainlaw.contact import Laws, each_law
 from grainlaw.engine.model import Model
 from grainlaw.fields import ParameterError, UnitWarning
 from grainlaw.loading import Constant
 from grainlaw.loads import BarEnd, Conduction, Drive, FluidPressure, Heat, Hold, Pressure, Traction
 from grainlaw.material import Rigid
+from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 from grainlaw.tessellation import INSIDE
 
@@ -27,7 +28,13 @@ SPEED = 0.02  #: of the speed of waves: the fastest usual loading
 
 def warn_of_scales(model: Model, stages: Sequence[Stage]) -> None:
     """Warn (:class:`UnitWarning`) of contacts, loads and speeds that do not go with their grains."""
-    for words in (*_contacts(model), *_levels(model, stages), *_speeds(model, stages)):
+    for words in (*_contacts(model.specimen, model.laws), *_levels(model, stages), *_speeds(model, stages)):
+        warnings.warn(UnitWarning(words), stacklevel=4)
+
+
+def warn_of_contacts(specimen: Specimen, laws: Laws) -> None:
+    """Warn (:class:`UnitWarning`) of contacts alone, where nothing is run."""
+    for words in _contacts(specimen, laws):
         warnings.warn(UnitWarning(words), stacklevel=4)
 
 
@@ -128,9 +135,9 @@ def lowest_frequency(model: Model) -> float:
     return math.pi / 2 * scales(model)[1] / float(np.max(np.ptp(model.specimen.mesh.nodes, axis=0)))
 
 
-def _contacts(model: Model) -> Iterator[str]:
-    specimen, size = model.specimen, model.specimen.grains.grain_size
-    for one in each_law(model.laws):
+def _contacts(specimen: Specimen, laws: Laws) -> Iterator[str]:
+    size = specimen.grains.grain_size
+    for one in each_law(laws):
         name, kn = type(one).__name__, float(np.mean(one.stiffness[0]))
         if not specimen.is_rigid:
             modulus = float(np.median(specimen.zone_stiffness[:, 0, 0]))
