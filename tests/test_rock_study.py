@@ -77,11 +77,39 @@ def test_effects_are_means_over_the_seeds_of_what_is_paired(made):
     assert "| CI/UCS, 1 % of the cracks | **+0.22 (+0.20 to +0.24)** |" in table
     assert "| CD/UCS, area | - |" in table
     short = study.effects_table(found, study.in_short)
-    assert "| CI/UCS, 1 % of the cracks | +0.22 |  |  |  | +0.1 |  | 0.42 to 0.47 |" in short
-    assert "| UCS (MPa) | +100 % |  |  |  |  |  | 178 to 222 |" in short
+    assert "| CI/UCS, 1 % of the cracks | +0.22 |  |  | +0.1 |  | 0.42 to 0.47 |" in short
+    assert "| UCS (MPa) | +100 % |  |  |  |  | 178 to 222 |" in short
     assert short.count("\n") == 4  # CD, of which there is none, and what is all ones are left out
     assert study.interactions_table(found).count("\n") == 3  # heads, rule, and the one there is
     assert "| UCS (MPa) | 100 ± 0 | 200 ± 0 |" in study.combinations_table(found)
+
+
+def test_larger_specimens_stand_beside_small_ones(example):
+    """UCS of even grains is 100 and 102 MPa by seed and 90 of the larger; cells take 10 and 20 % of it, alone."""
+    study = example("rock_study")
+    sizes = study.size_study([40, 90], 2)
+    assert len(sizes) == 6 * 4 * 2 * 2
+
+    class Table:
+        def __init__(self, rows):
+            self.rows, self.columns = rows, ("strength",)
+
+        def where(self, count):
+            return Table([row for row in self.rows if row["count"] == count])
+
+        def levels(self, factor):
+            return list(dict.fromkeys(row[factor] for row in self.rows))
+
+        def __getitem__(self, column):
+            cells = np.array([row["cells"] == 5 for row in self.rows])
+            load = np.array([{"10 MPa": 2.0, "40 MPa": 3.0}.get(row["load"], 1.0) for row in self.rows])
+            even = np.array([90.0 if row["count"] == 90 else 98 + 2 * row["seed"] for row in self.rows])
+            less = np.array([0.8 if row["count"] == 90 else 0.9 for row in self.rows])
+            return 1e6 * load * np.where(cells, less * even, even) if column == "strength" else np.ones(len(cells))
+
+    lines = study.size_table(Table(list(sizes.design))).splitlines()
+    assert lines[2].startswith("| UCS (MPa) | 40 | 101 ± 13 | **-10 % (-10 to -10)** | +0 % (+0 to +0) |")
+    assert lines[3].startswith("| UCS (MPa) | 90 | 90 ± 0 | **-20 % (-20 to -20)** |")
 
 
 def test_tables_go_between_their_marks(example, tmp_path):

@@ -1,9 +1,10 @@
-"""Which ingredients make bonded grains a rock? python docs/examples/rock_study.py [--seeds 10] [--write]
+"""Which ingredients make bonded grains a rock? python docs/examples/rock_study.py [--grains 1000] [--write]
 
 A factorial design: cells inside of grains, grains that yield, friction of broken contacts, open cracks, minerals. Each
 combination is pressed at 0, 10 and 40 MPa and pulled, on the same grains for each seed, with the bonds and the elastic
-grains of Lac du Bonnet granite. Prints what each ingredient changes, with intervals over the seeds; keeps all in the
-folder rock-study, the paces in rock-study-pace, and goes on where it was interrupted.
+grains of Lac du Bonnet granite. Prints what each ingredient changes, with intervals over the seeds, and what it changes
+alone in larger specimens. Keeps all in the folder rock-study, the larger ones in rock-study-size, the paces in
+rock-study-pace, and goes on where it was interrupted.
 """
 
 import argparse
@@ -37,10 +38,11 @@ LOADS = {
 FACTORS = {
     "cells": (1, 5),  #: in a grain, whose bonds are twice as strong as those between grains
     "grains": ("elastic", "plastic"),
-    "residual": (5, 30, 45),  #: deg, friction of a broken contact
+    "residual": (5, 45),  #: deg, friction of a broken contact
     "cracks": (0.0, 0.1),  #: share of the length between grains that is open before the test
     "minerals": ("one", "three"),  #: mica is half as stiff, its bonds have half of the strength
 }
+PLAIN = {factor: levels[0] for factor, levels in FACTORS.items()}
 
 
 class Drop(gl.Measure):
@@ -92,6 +94,13 @@ def study(grains, seeds, residual=FACTORS["residual"]):
     return gl.Study(case, measures=measures, **factors)
 
 
+def size_study(sizes, seeds):
+    """Even grains, and each ingredient alone, on specimens of several numbers of grains."""
+    cases = [PLAIN, *(PLAIN | {factor: levels[-1]} for factor, levels in FACTORS.items())]
+    measures = [*gl.MEASURES.values(), Drop()]
+    return gl.Study(case, cases, measures=measures, load=LOADS, seed=range(1, seeds + 1), count=sizes)
+
+
 # --- what each ingredient changes -------------------------------------------------------------------------------------
 
 GROWS = ("UCS", "tension", "40 MPa", "E")  #: compared by their ratio, all else by the difference
@@ -129,6 +138,7 @@ def values(table, of):
     peak = {k: table["strength"][k] for k in of.values()}
     slope = (peak[ten] - peak[none]) / (10 * MPa)
     cracks = table["tensile_cracks"][none] + table["shear_cracks"][none]
+    through = table["transgranular_cracks"][none] if "transgranular_cracks" in table.columns else np.nan
     return {
         "UCS": peak[none] / MPa, "tension": peak[pull] / MPa, "UCS/T": peak[none] / peak[pull],
         "40 MPa": peak[forty] / MPa, "slope": slope, "curvature": (peak[forty] - peak[ten]) / (30 * MPa) / slope,
@@ -136,7 +146,7 @@ def values(table, of):
         "CD": at_most_one(table["crack_damage_ratio"][none]),
         "CD cylinder": at_most_one(table["crack_damage_cylinder_ratio"][none]),
         "drop": table["drop"][none], "drop 40": table["drop"][forty],
-        "transgranular": table["transgranular_cracks"][none] / cracks if cracks else np.nan,
+        "transgranular": through / cracks if cracks else np.nan,
         "E": table["tangent_modulus"][none] / 1e9, "nu": table["tangent_poisson"][none],
     }  # fmt: skip
 
@@ -154,9 +164,9 @@ def by_seed(found, name, **levels):
     return {seed: np.mean(some) for seed, some in seeds.items()}
 
 
-def effect(found, name, factor, low, high):
+def effect(found, name, factor, low, high, **others):
     """Change of a quantity from one level of a factor to another: mean over the seeds, and half of its interval."""
-    one, other = (by_seed(found, name, **{factor: level}) for level in (low, high))
+    one, other = (by_seed(found, name, **{factor: level}, **others) for level in (low, high))
     return mean_and_half(np.array([other[seed] - one[seed] for seed in one if seed in other]))
 
 
@@ -178,6 +188,12 @@ def at_levels(found, name, **levels):
     """The same of a quantity itself over the seeds, at some levels."""
     each = np.array(list(by_seed(found, name, **levels).values()))
     return mean_and_half(np.exp(each) if name in GROWS else each)
+
+
+def about_levels(found, name, **levels):
+    mean, half = at_levels(found, name, **levels)
+    text = "-" if np.isnan(mean) else f"{mean:.3g}"
+    return text if np.isnan(half) else f"{text} ± {half:.2g}"
 
 
 def shown(name, mean, half):
@@ -218,7 +234,8 @@ def effects_table(found, cell=shown):
 
 def in_short(name, mean, half):
     """The mean alone; nothing where zero is not outside of the interval."""
-    text = f"{100 * np.expm1(mean):+.0f} %" if name in GROWS else f"{mean:+.2g}"
+    digits = 1 if abs(mean) < 0.1 else 2
+    text = f"{100 * np.expm1(mean):+.0f} %" if name in GROWS else f"{mean:+.{digits}g}"
     return text if abs(mean) > half else ""
 
 
@@ -232,6 +249,19 @@ def interactions_table(found, names=("UCS", "slope", "CI", "CD cylinder", "drop 
     return markdown(["", *(QUANTITIES[name][0] for name in names)], rows)
 
 
+def size_table(table, names=("UCS", "tension", "40 MPa", "slope", "CI", "CD cylinder", "drop", "E")):
+    """Even grains, and what each ingredient changes alone, in a row for each number of grains."""
+    of_size = {size: quantities(table.where(count=size)) for size in table.levels("count")}
+    rows = []
+    for name, (size, found) in itertools.product(names, of_size.items()):
+        rows.append([QUANTITIES[name][0], f"{size:,}", about_levels(found, name, **PLAIN)])
+        for factor, levels in FACTORS.items():
+            others = {other: usual for other, usual in PLAIN.items() if other != factor}
+            rows[-1].append(shown(name, *effect(found, name, factor, levels[0], levels[-1], **others)))
+    changed = [f"{factor}: {level(levels[0])} to {level(levels[-1])}" for factor, levels in FACTORS.items()]
+    return markdown(["", "grains", "even grains", *changed], rows)
+
+
 COMBINED = {  #: rows of their own
     "even grains": {},
     "cells": {"cells": 5},
@@ -243,13 +273,10 @@ COMBINED = {  #: rows of their own
 
 
 def combinations_table(found):
-    base, columns = {factor: levels[0] for factor, levels in FACTORS.items()}, []
+    columns = []
     for more in COMBINED.values():
         columns.append([])
-        for name in QUANTITIES:
-            mean, half = at_levels(found, name, **base | more)
-            text = "-" if np.isnan(mean) else f"{mean:.3g}"
-            columns[-1].append(text if np.isnan(half) else f"{text} ± {half:.2g}")
+        columns[-1].extend(about_levels(found, name, **PLAIN | more) for name in QUANTITIES)
     rows = [[QUANTITIES[name][0], *cells] for name, *cells in zip(QUANTITIES, *columns, strict=True)]
     return markdown(["", *COMBINED], rows)
 
@@ -379,7 +406,7 @@ def asked(doc, folder, write="tables into docs/tables/rock.md", **options):
     """What is given of ``options`` (name and look), and of workers, folder and write, which all these studies have."""
     words = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
     for name, look in options.items():
-        words.add_argument(f"--{name}", **({"type": int} | look))
+        words.add_argument(f"--{name.replace('_', '-')}", **({"type": int} | look))
     words.add_argument("--workers", type=int, help="all cores unless given")
     words.add_argument("--folder", default=folder, help="of the store")
     words.add_argument("--write", action="store_true", help=write)
@@ -389,15 +416,20 @@ def asked(doc, folder, write="tables into docs/tables/rock.md", **options):
 
 def main():
     given = asked(
-        __doc__, "rock-study", "tables, picture and data into docs/", grains={"default": 1000}, seeds={"default": 10},
+        __doc__, "rock-study", "tables, picture and data into docs/", grains={"default": 150}, seeds={"default": 10},
         residual={"type": float, "nargs": "+", "default": FACTORS["residual"], "help": "deg"},
+        large={"default": 1000, "help": "grains of the larger specimens, each ingredient alone"},
+        large_seeds={"default": 3, "help": "of the larger specimens"},
     )  # fmt: skip
     table = study(given.grains, given.seeds, given.residual).run(given.folder, workers=given.workers)
     pace = pace_study(given.grains, given.seeds).run(f"{given.folder}-pace", workers=given.workers)
+    larger = size_study([given.grains, given.large], given.large_seeds)
+    sizes = larger.run(f"{given.folder}-size", workers=given.workers)
     found = quantities(table)
     texts = {
         "effects": effects_table(found), "interactions": interactions_table(found),
-        "combinations": combinations_table(found), "pace": pace_table(pace), "cost": cost(table, pace),
+        "combinations": combinations_table(found), "size": size_table(sizes), "pace": pace_table(pace),
+        "cost": cost(table, sizes, pace),
     }  # fmt: skip
     short = {"effects in short": effects_table(found, in_short), "paces in short": short_pace_table(pace)}
     print("\n".join([*texts.values(), *short.values()]))
@@ -407,8 +439,8 @@ def main():
             write(name, text)
         for name, text in short.items():
             write(name, text, SHORT)
-        table.write_csv(DOCS / "rock.csv")
-        pace.write_csv(DOCS / "rock-pace.csv")
+        for name, of in (("rock", table), ("rock-pace", pace), ("rock-size", sizes)):
+            of.to_pandas().to_csv(DOCS / f"{name}.csv", index=False, float_format="%.6g")
 
 
 def cost(*tables):
@@ -416,8 +448,9 @@ def cost(*tables):
     grains, seeds = tables[0].rows[0]["count"], len(tables[0].levels("seed"))
     failed = sum(len(table.failed) for table in tables)
     return (
-        f"{len(tables[0]):,} tests of the design and {len(tables[1]):,} of paces, {grains} grains, {seeds} seeds: "
-        f"{hours[0]:.1f} and {hours[1]:.1f} hours of one core; {failed} ended with an error.\n"
+        f"{len(tables[0]):,} tests of the design, {grains} grains, {seeds} seeds: {hours[0]:.1f} hours of one core; "
+        f"{len(tables[1]):,} of sizes: {hours[1]:.1f}; {len(tables[2]):,} of paces: {hours[2]:.1f}; {failed} of all "
+        "ended with an error.\n"
     )
 
 
