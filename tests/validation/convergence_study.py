@@ -1,4 +1,4 @@
-"""What strengths converge to over zones and contact points: the tables of docs/tables/convergence.md.
+"""What strengths converge to over zones, contact points and grains: the tables of docs/tables/convergence.md.
 
     python tests/validation/convergence_study.py [--only NAMES] [--write | --check]
 
@@ -12,7 +12,7 @@ from functools import partial
 
 import numpy as np
 from first_failure_study import LAWS, ROCK
-from scipy.stats import ttest_1samp
+from scipy.stats import ttest_1samp, ttest_ind
 from study_tables import DOCS, Table, main
 
 import grainlaw as gl
@@ -106,6 +106,38 @@ def scattered(name):
             yield ratio(tensions(name, refinement), tensions(name, 2))
 
 
+GRAINS = (40, 150, 600)  #: of one size, so that each specimen is twice as wide as that before
+LOADS = {
+    "0 MPa": UniaxialCompression(until=gl.Until.FAILURE),
+    "10 MPa": BiaxialCompression(confinement=10 * MPa, maximum_strain=0.02, until=gl.Until.FAILURE),
+    "tension": UniaxialTension(until=gl.Until.FAILURE),
+}
+
+
+def sized(law, load, grains, seed):
+    times = np.sqrt(grains / 300)
+    made = Voronoi(grains=grains, seed=seed).tessellate(rectangle(31.1 * times * mm, 77.8 * times * mm))
+    return gl.Run(gl.Specimen(made, ROCK), LAWS[law], LOADS[load])
+
+
+@functools.cache
+def of_size(law, load, grains):
+    """(s,) MPa, by seed."""
+    study = gl.Study(sized, law=[law], load=[load], grains=[grains], seed=list(SEEDS))
+    table = study.run(KEPT / f"{law}-{load}-{grains}-grains".replace(" ", "-"))
+    assert not table.failed, table.failed
+    return table["strength"] / MPa
+
+
+def over_most(law, grains):
+    """Means and their ratios to those of the most grains: other specimens, so with the interval of Welch's t."""
+    for load in LOADS:
+        found, most = of_size(law, load, grains), of_size(law, load, GRAINS[-1])
+        low, high = np.exp(ttest_ind(np.log(found), np.log(most), equal_var=False).confidence_interval())
+        yield f"{found.mean():.1f} ± {found.std(ddof=1):.1f}"
+        yield f"{np.exp(np.log(found).mean() - np.log(most).mean()):.2f} ({low:.2f} to {high:.2f})"
+
+
 PAGE = DOCS / "tables/convergence.md"
 TABLES = [
     Table(
@@ -131,6 +163,12 @@ TABLES = [
         page=PAGE, name="random strengths",
         columns=("bonds", "uncut (MPa)", "over twice cut", "cut once (MPa)", "over twice cut", "cut twice (MPa)"),
         rows={name: partial(scattered, name) for name in FIELDS}, checked=("even",),
+    ),
+    Table(
+        page=PAGE, name="grains",
+        columns=("grains", *(f"{load}{what}" for load in LOADS for what in (" (MPa)", ": over the most grains"))),
+        rows={f"{law}, {grains:,}": partial(over_most, law, grains) for law in LAWS for grains in GRAINS},
+        checked=None,
     ),
 ]  # fmt: skip
 
