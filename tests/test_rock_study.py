@@ -89,6 +89,7 @@ def test_larger_specimens_stand_beside_small_ones(example):
     study = example("rock_study")
     sizes = study.size_study([40, 90], 2)
     assert len(sizes) == 6 * 4 * 2 * 2
+    assert len(study.size_study([90, 90], 2)) == 6 * 4 * 2
 
     class Table:
         def __init__(self, rows):

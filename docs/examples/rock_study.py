@@ -58,6 +58,9 @@ class Drop(gl.Measure):
         return 1 - after[: higher[0] if len(higher) else None].min() / after[0]
 
 
+MEASURES = [*gl.MEASURES.values(), Drop()]
+
+
 def stronger(bond, factor):
     return attrs.evolve(bond, tensile_strength=factor * bond.tensile_strength, cohesion=factor * bond.cohesion)
 
@@ -89,16 +92,14 @@ def case(cells, grains, residual, cracks, minerals, load, seed, count):
 
 
 def study(grains, seeds, residual=FACTORS["residual"]):
-    measures = [*gl.MEASURES.values(), Drop()]
     factors = FACTORS | {"residual": residual, "load": LOADS, "seed": range(1, seeds + 1), "count": [grains]}
-    return gl.Study(case, measures=measures, **factors)
+    return gl.Study(case, measures=MEASURES, **factors)
 
 
 def size_study(sizes, seeds):
     """Even grains, and each ingredient alone, on specimens of several numbers of grains."""
     cases = [PLAIN, *(PLAIN | {factor: levels[-1]} for factor, levels in FACTORS.items())]
-    measures = [*gl.MEASURES.values(), Drop()]
-    return gl.Study(case, cases, measures=measures, load=LOADS, seed=range(1, seeds + 1), count=sizes)
+    return gl.Study(case, cases, measures=MEASURES, load=LOADS, seed=range(1, seeds + 1), count=sorted({*sizes}))
 
 
 # --- what each ingredient changes -------------------------------------------------------------------------------------
@@ -190,7 +191,8 @@ def at_levels(found, name, **levels):
     return mean_and_half(np.exp(each) if name in GROWS else each)
 
 
-def about_levels(found, name, **levels):
+def words_at_levels(found, name, **levels):
+    """The same as a mean and half of its interval; "-" where nothing has it."""
     mean, half = at_levels(found, name, **levels)
     text = "-" if np.isnan(mean) else f"{mean:.3g}"
     return text if np.isnan(half) else f"{text} ± {half:.2g}"
@@ -213,6 +215,10 @@ def level(value):
     return value if isinstance(value, str) else f"{value:g}"
 
 
+def words_of_change(factor, low, high):
+    return f"{factor}: {level(low)} to {level(high)}"
+
+
 def changes(found):
     """Pairs of levels of all factors, as they are in the rows."""
     for k, factor in enumerate(FACTORS):
@@ -223,7 +229,7 @@ def changes(found):
 def effects_table(found, cell=shown):
     """A row of cells for each quantity, unless all of them are empty."""
     pairs = list(changes(found))
-    heads = ["", *(f"{factor}: {level(low)} to {level(high)}" for factor, low, high in pairs), "laboratory"]
+    heads = ["", *(words_of_change(*pair) for pair in pairs), "laboratory"]
     rows = []
     for name, (words, known) in QUANTITIES.items():
         cells = [cell(name, *effect(found, name, *pair)) for pair in pairs]
@@ -254,12 +260,12 @@ def size_table(table, names=("UCS", "tension", "40 MPa", "slope", "CI", "CD cyli
     of_size = {size: quantities(table.where(count=size)) for size in table.levels("count")}
     rows = []
     for name, (size, found) in itertools.product(names, of_size.items()):
-        rows.append([QUANTITIES[name][0], f"{size:,}", about_levels(found, name, **PLAIN)])
+        rows.append([QUANTITIES[name][0], f"{size:,}", words_at_levels(found, name, **PLAIN)])
         for factor, levels in FACTORS.items():
             others = {other: usual for other, usual in PLAIN.items() if other != factor}
             rows[-1].append(shown(name, *effect(found, name, factor, levels[0], levels[-1], **others)))
-    changed = [f"{factor}: {level(levels[0])} to {level(levels[-1])}" for factor, levels in FACTORS.items()]
-    return markdown(["", "grains", "even grains", *changed], rows)
+    heads = [words_of_change(factor, levels[0], levels[-1]) for factor, levels in FACTORS.items()]
+    return markdown(["", "grains", "even grains", *heads], rows)
 
 
 COMBINED = {  #: rows of their own
@@ -273,10 +279,7 @@ COMBINED = {  #: rows of their own
 
 
 def combinations_table(found):
-    columns = []
-    for more in COMBINED.values():
-        columns.append([])
-        columns[-1].extend(about_levels(found, name, **PLAIN | more) for name in QUANTITIES)
+    columns = [[words_at_levels(found, name, **PLAIN | more) for name in QUANTITIES] for more in COMBINED.values()]
     rows = [[QUANTITIES[name][0], *cells] for name, *cells in zip(QUANTITIES, *columns, strict=True)]
     return markdown(["", *COMBINED], rows)
 
@@ -328,8 +331,7 @@ def paced(cells, pace, damping, seed, count):
 
 def pace_study(grains, seeds):
     factors = {"cells": FACTORS["cells"], "pace": PACES, "damping": DAMPINGS}
-    measures = [*gl.MEASURES.values(), Drop()]
-    return gl.Study(paced, measures=measures, **factors, seed=range(1, seeds + 1), count=[grains])
+    return gl.Study(paced, measures=MEASURES, **factors, seed=range(1, seeds + 1), count=[grains])
 
 
 def pace_table(table):
@@ -421,10 +423,12 @@ def main():
         large={"default": 1000, "help": "grains of the larger specimens, each ingredient alone"},
         large_seeds={"default": 3, "help": "of the larger specimens"},
     )  # fmt: skip
-    table = study(given.grains, given.seeds, given.residual).run(given.folder, workers=given.workers)
-    pace = pace_study(given.grains, given.seeds).run(f"{given.folder}-pace", workers=given.workers)
-    larger = size_study([given.grains, given.large], given.large_seeds)
-    sizes = larger.run(f"{given.folder}-size", workers=given.workers)
+    studies = {  #: all are made, and refused, before the first is run
+        given.folder: study(given.grains, given.seeds, given.residual),
+        f"{given.folder}-pace": pace_study(given.grains, given.seeds),
+        f"{given.folder}-size": size_study([given.grains, given.large], given.large_seeds),
+    }
+    table, pace, sizes = (each.run(folder, workers=given.workers) for folder, each in studies.items())
     found = quantities(table)
     texts = {
         "effects": effects_table(found), "interactions": interactions_table(found),
@@ -443,14 +447,15 @@ def main():
             of.to_pandas().to_csv(DOCS / f"{name}.csv", index=False, float_format="%.6g")
 
 
-def cost(*tables):
-    hours = [sum(of["cpu"] for of in table.costs) / 3600 for table in tables]
-    grains, seeds = tables[0].rows[0]["count"], len(tables[0].levels("seed"))
-    failed = sum(len(table.failed) for table in tables)
+def cost(design, sizes, pace):
+    def hours(table):
+        return f"{sum(of['cpu'] for of in table.costs) / 3600:.1f}"
+
+    failed = sum(len(table.failed) for table in (design, sizes, pace))
     return (
-        f"{len(tables[0]):,} tests of the design, {grains} grains, {seeds} seeds: {hours[0]:.1f} hours of one core; "
-        f"{len(tables[1]):,} of sizes: {hours[1]:.1f}; {len(tables[2]):,} of paces: {hours[2]:.1f}; {failed} of all "
-        "ended with an error.\n"
+        f"{len(design):,} tests of the design, {design.rows[0]['count']} grains, {len(design.levels('seed'))} seeds: "
+        f"{hours(design)} hours of one core; {len(sizes):,} of sizes: {hours(sizes)}; {len(pace):,} of paces: "
+        f"{hours(pace)}; {failed} of all ended with an error.\n"
     )
 
 

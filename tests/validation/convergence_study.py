@@ -25,32 +25,35 @@ KEPT = DOCS.parent / "out" / "convergence"
 SEEDS = range(1, 11)
 POINTS = {"Gauss": gl.GaussPoints(), "inset": gl.InsetPoints(inset=0.15 * mm), "ends": gl.EndPoints()}
 FINEST = 3
-GROUPS = {f"{law}, {p} MPa": (law, p) for law in LAWS for p in (0, 10)}
+GRAINS = (40, 150, 600)  #: of one size, so that each specimen is twice as wide as that before
+LOADS = {
+    "0 MPa": UniaxialCompression(until=gl.Until.FAILURE),
+    "10 MPa": BiaxialCompression(confinement=10 * MPa, maximum_strain=0.02, until=gl.Until.FAILURE),
+    "tension": UniaxialTension(until=gl.Until.FAILURE),
+}
+GROUPS = {f"{law}, {load}": (law, load) for law in LAWS for load in ("0 MPa", "10 MPa")}
 
 
-def case(law, confinement, points, refinement, seed):
-    grains = Voronoi(grains=300, seed=seed).tessellate(rectangle(31.1 * mm, 77.8 * mm))
-    rock = gl.Specimen(grains, ROCK, contact_points=POINTS[points], refinement=refinement)
-    if not confinement:
-        return gl.Run(rock, LAWS[law], UniaxialCompression(until=gl.Until.FAILURE))
-    test = BiaxialCompression(confinement=confinement * MPa, maximum_strain=0.02, until=gl.Until.FAILURE)
-    return gl.Run(rock, LAWS[law], test)
+def case(law, load, points, refinement, grains, seed):
+    times = np.sqrt(grains / 300)
+    made = Voronoi(grains=grains, seed=seed).tessellate(rectangle(31.1 * times * mm, 77.8 * times * mm))
+    rock = gl.Specimen(made, ROCK, contact_points=POINTS[points], refinement=refinement)
+    return gl.Run(rock, LAWS[law], LOADS[load])
 
 
 @functools.cache
-def column(name, law, confinement, points, refinement):
+def column(name, law, load, points="Gauss", refinement=0, grains=300):
     """(s,) of a table, by seed."""
-    study = gl.Study(
-        case, law=[law], confinement=[confinement], points=[points], refinement=[refinement], seed=list(SEEDS)
-    )
-    table = study.run(KEPT / f"{law}-{confinement}-{points}-{refinement}".replace(" ", "-"))
+    levels = {"law": law, "load": load, "points": points, "refinement": refinement, "grains": grains}
+    study = gl.Study(case, **{factor: [level] for factor, level in levels.items()}, seed=list(SEEDS))
+    table = study.run(KEPT / "-".join(map(str, levels.values())).replace(" ", "-"))
     assert not table.failed, table.failed
     return table[name]
 
 
-def strengths(*group):
+def strengths(*group, **more):
     """(s,) MPa, by seed."""
-    return column("strength", *group) / MPa
+    return column("strength", *group, **more) / MPa
 
 
 def ratio(values, others):
@@ -106,33 +109,10 @@ def scattered(name):
             yield ratio(tensions(name, refinement), tensions(name, 2))
 
 
-GRAINS = (40, 150, 600)  #: of one size, so that each specimen is twice as wide as that before
-LOADS = {
-    "0 MPa": UniaxialCompression(until=gl.Until.FAILURE),
-    "10 MPa": BiaxialCompression(confinement=10 * MPa, maximum_strain=0.02, until=gl.Until.FAILURE),
-    "tension": UniaxialTension(until=gl.Until.FAILURE),
-}
-
-
-def sized(law, load, grains, seed):
-    times = np.sqrt(grains / 300)
-    made = Voronoi(grains=grains, seed=seed).tessellate(rectangle(31.1 * times * mm, 77.8 * times * mm))
-    return gl.Run(gl.Specimen(made, ROCK), LAWS[law], LOADS[load])
-
-
-@functools.cache
-def of_size(law, load, grains):
-    """(s,) MPa, by seed."""
-    study = gl.Study(sized, law=[law], load=[load], grains=[grains], seed=list(SEEDS))
-    table = study.run(KEPT / f"{law}-{load}-{grains}-grains".replace(" ", "-"))
-    assert not table.failed, table.failed
-    return table["strength"] / MPa
-
-
 def over_most(law, grains):
     """Means and their ratios to those of the most grains: other specimens, so with the interval of Welch's t."""
     for load in LOADS:
-        found, most = of_size(law, load, grains), of_size(law, load, GRAINS[-1])
+        found, most = (strengths(law, load, grains=count) for count in (grains, GRAINS[-1]))
         low, high = np.exp(ttest_ind(np.log(found), np.log(most), equal_var=False).confidence_interval())
         yield f"{found.mean():.1f} ± {found.std(ddof=1):.1f}"
         yield f"{np.exp(np.log(found).mean() - np.log(most).mean()):.2f} ({low:.2f} to {high:.2f})"
