@@ -72,8 +72,8 @@ def elastic_properties(
         raise refusal("elastic_properties: boundary", boundary, " or ".join(map(repr, BOUNDARIES)))
     _check(specimen)
     order, sizes = laws_of_bonds(specimen, law)
-    warn_of_contacts(specimen, law)
     if state is None:
+        warn_of_contacts(specimen, law)
         kn, ks = _declared(order, sizes)
         model = ElasticModel(specimen, kn, ks)
     else:

@@ -27,13 +27,13 @@ SPEED = 0.02  #: of the speed of waves: the fastest usual loading
 
 
 def warn_of_scales(model: Model, stages: Sequence[Stage]) -> None:
-    """Warn (:class:`UnitWarning`) of contacts, loads and speeds that do not go with their grains."""
-    for words in (*_contacts(model.specimen, model.laws), *_levels(model, stages), *_speeds(model, stages)):
+    """Warn (:class:`UnitWarning`) of loads and speeds that do not go with their grains."""
+    for words in (*_levels(model, stages), *_speeds(model, stages)):
         warnings.warn(UnitWarning(words), stacklevel=4)
 
 
 def warn_of_contacts(specimen: Specimen, laws: Laws) -> None:
-    """Warn (:class:`UnitWarning`) of contacts alone, where nothing is run."""
+    """Warn (:class:`UnitWarning`) of contacts that do not go with their grains."""
     for words in _contacts(specimen, laws):
         warnings.warn(UnitWarning(words), stacklevel=4)
 

@@ -36,6 +36,7 @@ from grainlaw.runs.plausibility import (
     refuse_heat_after_conduction,
     refuse_lost_loads,
     refuse_lost_pressures,
+    warn_of_contacts,
     warn_of_free,
     warn_of_idle_laws,
     warn_of_scales,
@@ -180,6 +181,7 @@ def begun(
     refuse_lost_loads(model, stages)
     refuse_lost_pressures(model, stages)
     refuse_heat_after_conduction(stages)
+    warn_of_contacts(model.specimen, model.laws)
     warn_of_scales(model, stages)
     warn_of_free(stages)
     warn_of_thin_cell(model)
