@@ -78,6 +78,45 @@ def near_sides(start: np.ndarray, end: np.ndarray) -> np.ndarray:
     return np.unique(np.column_stack([i, j])[near], axis=0).T
 
 
+PAIRS = 200_000  #: of convex polygons whose sides are compared at a time
+
+
+def overlaps(points: np.ndarray, first: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """(n,) m, how far each pair of convex polygons ``one`` and ``other`` (n,) lies in each other; negative for a gap.
+
+    Corners ``points`` lie in a row, counter-clockwise, ``first[g]:first[g + 1]``. It is the shortest way along the
+    normal of a side by which they part.
+    """
+    low, high = (of.reduceat(points, first[:-1]) for of in (np.minimum, np.maximum))
+    depth = np.minimum(high[one] - low[other], high[other] - low[one]).min(axis=1)
+    near = np.flatnonzero(depth > 0)
+    for some in np.array_split(near, 1 + len(near) // PAIRS):
+        for sides, corners in ((one[some], other[some]), (other[some], one[some])):
+            depth[some] = np.minimum(depth[some], -_clearance(points, first, sides, corners))
+    return depth
+
+
+def _clearance(points: np.ndarray, first: np.ndarray, sides: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """(n,) m, of each polygon ``corners`` from that side of the polygon ``sides`` of which it is farthest."""
+    pair, side = _members(first, sides)
+    if not len(pair):
+        return np.zeros(0)
+    along = points[following(first)[side]] - points[side]
+    normal = np.column_stack([along[:, 1], -along[:, 0]]) / np.hypot(*along.T)[:, None]
+    each, corner = _members(first, corners[pair])
+    nearest = np.minimum.reduceat(
+        ((points[corner] - points[side[each]]) * normal[each]).sum(axis=1), np.flatnonzero(np.diff(each, prepend=-1))
+    )
+    return np.maximum.reduceat(nearest, np.flatnonzero(np.diff(pair, prepend=-1)))
+
+
+def _members(first: np.ndarray, polygons: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of each of ``polygons`` all corners: the number in ``polygons`` and the position of the corner."""
+    count = np.diff(first)[polygons]
+    number = np.repeat(np.arange(len(polygons)), count)
+    return number, np.arange(len(number)) - np.repeat(np.cumsum(count) - count - first[polygons], count)
+
+
 def enclosed(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """(n,) whether each point (n, 2) lies inside closed outlines with these sides: a ray to the right leaves them."""
     inside = []

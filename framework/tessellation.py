@@ -12,7 +12,7 @@ import numpy as np
 
 from grainlaw.arguments import Checked, fits, wanted
 from grainlaw.messages import refusal
-from grainlaw.polygon import areas_and_centroids, cross, following
+from grainlaw.polygon import areas_and_centroids, cross, following, near_sides, overlaps
 from grainlaw.region import ROUNDING, Region, array_field
 from grainlaw.short_form import rounded
 
@@ -252,7 +252,7 @@ class Tessellation(metaclass=Checked):
     def check(self) -> None:
         """Raise :class:`TilingError` unless the grains are convex and those of each body tile its region, edge to edge.
 
-        Loose grains must have room in it.
+        Loose grains must have room in it, and neither they nor bodies may lie in each other.
         """
         self._check_convex()
         key = self.corners * len(self.vertices) + self.corners[following(self.first)]
@@ -274,6 +274,25 @@ class Tessellation(metaclass=Checked):
             raise TilingError(f"grains {edges.left[e]} and {edges.right[e]} share an edge, but are of different bodies")
         for number, region in enumerate(self.regions):
             self._check_area(region, self.body == number, f" of body {number}" if self.bodies else "")
+        if found := self.deepest_overlap():
+            one, other, depth = found
+            raise TilingError(f"grains {one} and {other} lie {depth:.3g} m in each other")
+
+    def deepest_overlap(self) -> tuple[int, int, float] | None:
+        """The two grains that lie deepest (m) in each other, of different bodies or loose; None without such."""
+        if not (self.bodies or self.loose.any()):
+            return None
+        points = self.vertices[self.corners]
+        low, high = (of.reduceat(points, self.first[:-1]) for of in (np.minimum, np.maximum))
+        one, other = near_sides(low, high)
+        free = (self.body[one] != self.body[other]) | self.loose[one] | self.loose[other]
+        one, other = one[free], other[free]
+        depth = overlaps(points, self.first, one, other)
+        deep = depth > ROUNDING * abs(points).max()
+        if not deep.any():
+            return None
+        k = int(np.where(deep, depth, 0).argmax())
+        return int(one[k]), int(other[k]), float(depth[k])
 
     def _check_area(self, region: Region, mine: np.ndarray, which: str) -> None:
         total = float(self.areas[mine].sum())

@@ -27,14 +27,13 @@ def together(*bodies: Tessellation) -> Tessellation:
     """Bodies side by side, their grains in this order; they share no vertex, also where they touch.
 
     A boundary whose name a body before it has is renamed, left to left_2 and so on: to drive "left" moves one body
-    alone. ``region`` is that of the first. That bodies do not overlap is not checked. A block that will slide down an
-    incline of 30 degrees::
+    alone. ``region`` is that of the first. A block that will slide down an incline of 30 degrees::
 
         base = block([(0, -1), (4, -1), (4, 0), (0, 0)], "base")
         slider = block([(3, 0), (4, 0), (4, 0.5), (3, 0.5)], "slider")
         grains = moved(together(base, slider), turn=30)
 
-    Raises :class:`~grainlaw.fields.ParameterError`.
+    Raises :class:`~grainlaw.fields.ParameterError`, also for bodies that lie in each other.
     """
     if not bodies:
         raise ParameterError("together: there are no bodies, it must be given at least one Tessellation")
@@ -45,7 +44,15 @@ def together(*bodies: Tessellation) -> Tessellation:
         new = {name: _free(name, taken | own.keys()) for name in own if name in taken}
         taken |= {new.get(name, name) for name in own}
         named.append(renamed(body, new) if new else body)
-    return side_by_side(*named)
+    made = side_by_side(*named)
+    if found := made.deepest_overlap():
+        *grains, depth = found
+        (x, y), (one, other) = made.centroids[grains].mean(axis=0), made.body[grains]
+        raise ParameterError(
+            f"together: bodies {one} and {other} are not allowed to lie in each other, they do by {depth:.3g} m "
+            f"near {x:.4g}, {y:.4g} m: move one with moved(..., by=)"
+        )
+    return made
 
 
 def _free(name: str, taken: Set[str]) -> str:

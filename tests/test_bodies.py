@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import inspect
+import re
 import textwrap
 import tracemalloc
 
 import attrs
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from support import ROCK
 from tiling import SLOPE, SQUARE, lengths
@@ -89,6 +90,39 @@ def test_one_body_alone_is_itself() -> None:
         attrs.astuple(alone, recurse=False), attrs.astuple(together(alone), recurse=False), strict=True
     ):
         assert np.array_equal(one, other)
+
+
+@given(
+    depth=st.floats(-0.4, 0.4), along=st.floats(-0.5, 1.5), turn=st.floats(0, 360),
+    corners=st.integers(3, 9), scale=st.sampled_from([1e-3, 1.0, 1e3]),
+)  # fmt: skip
+def test_bodies_may_touch_but_not_lie_in_each_other(depth, along, turn, corners, scale) -> None:
+    assume(abs(depth) > 1e-6)
+    angle = 2 * np.pi * np.arange(corners) / corners - np.pi / 2  # a corner down
+    lowest = np.column_stack([along + np.cos(angle), 2 - depth + np.sin(angle)])
+    base = moved(block(np.multiply([(-9, 0), (9, 0), (9, 1), (-9, 1)], scale)), turn=turn)
+    stone = moved(block(scale * lowest), turn=turn)
+    if depth < 0:
+        together(base, stone).check()
+        return
+    with pytest.raises(gl.ParameterError, match="bodies 0 and 1 are not allowed to lie in each other") as refused:
+        together(base, stone)
+    assert float(re.search(r"by (\S+) m", str(refused.value))[1]) == pytest.approx(scale * depth, rel=0.01)
+
+
+def test_what_touches_does_not_lie_in_each_other() -> None:
+    rock = Voronoi(grains=30).tessellate(rectangle(1, 1))
+    for turn in (0, 17, 123):  # placed by rounding on either side of each other
+        moved(together(rock, moved(rock, by=(0, 1)), moved(apart(rock), by=(1, 0))), (3, 4), turn).check()
+    within = block([(0.4, 0.4), (0.6, 0.4), (0.5, 0.6)])  # crosses no side of the region
+    with pytest.raises(gl.ParameterError, match="bodies 0 and 1 are not"):
+        together(rock, within)
+    loose = attrs.evolve(together(block(SQUARE), block(np.add(SQUARE, (2, 0)))), loose=[True, True])
+    loose.check()
+    with pytest.raises(TilingError, match=r"grains 0 and 1 lie 0\.3 m in each other"):
+        attrs.evolve(
+            loose, vertices=loose.vertices - np.repeat([(0, 0), (1.3, 0)], 4, axis=0), region=rectangle(9, 9)
+        ).check()
 
 
 @pytest.mark.parametrize("given", [(), (rectangle(1, 1),), ([block(SQUARE)],)])

@@ -12,7 +12,7 @@ from tess_files import GROUPS, ORIENTED, PERIODIC, SCALES, tess
 from tiling import BEAM, assert_tiles
 
 from grainlaw.fields import ParameterError
-from grainlaw.geometry import Bricks, Voronoi, apart, disc, polygon, read_tess, rectangle, together, write_tess
+from grainlaw.geometry import Bricks, Voronoi, apart, disc, moved, polygon, read_tess, rectangle, together, write_tess
 
 pytestmark = pytest.mark.filterwarnings("ignore::grainlaw.geometry.SliverWarning")
 
@@ -206,7 +206,7 @@ def test_what_the_format_does_not_know_is_not_written(tmp_path):
     grains = Voronoi(grains=5).tessellate(rectangle(1, 1))
     plate = polygon([(0, 0), (1, 0), (1, 1), (0, 1)], holes={"well": [(0.4, 0.4), (0.6, 0.4), (0.5, 0.6)]})
     with pytest.raises(ParameterError, match="several bodies"):
-        write_tess(together(grains, grains), tmp_path / "x.tess")
+        write_tess(together(grains, moved(grains, by=(9, 0))), tmp_path / "x.tess")
     with pytest.raises(ParameterError, match="loose grains"):
         write_tess(apart(grains, 1e-3), tmp_path / "x.tess")
     with pytest.raises(ParameterError, match="holes"):
