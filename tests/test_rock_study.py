@@ -138,10 +138,12 @@ def test_the_blind_granite_has_the_parameters_of_its_paper(example):
     study = example("granite_blind")
     printed, other = (study.laws(energies) for energies in study.ENERGIES)
     assert {pair for pair in printed if printed[pair] != other[pair]} == {
-        ("feldspar", "feldspar"), ("biotite", "feldspar"), ("biotite", "quartz")
+        ..., ("biotite", "feldspar"), ("biotite", "quartz")
     }  # fmt: skip
     assert other["biotite", "quartz"].mode_i_energy == pytest.approx(214)
-    assert printed["inside", "quartz"].friction == pytest.approx(1.27)
+    assert printed["inside", "quartz"].friction == pytest.approx(1.27, rel=1e-12)
+    assert (printed[...].friction, printed["biotite", "quartz"].friction) == pytest.approx((1.14, 0.81), rel=1e-12)
+    assert all(joint.residual_friction == joint.friction for joint in printed.values())
     assert len(printed) == 9
     run = study.case("as printed", 12, 1)
     low, high = run.specimen.grains.region.bounds
