@@ -23,6 +23,7 @@ from grainlaw.quantity import Quantity
 TIME, STEP, STAGE = "time", "step", "stage"
 STAGE_TIME = "stage_time"  #: since the stage began (s): for conditions alone, not recorded
 TENSILE_CRACKS, SHEAR_CRACKS, DAMAGED = "tensile_cracks", "shear_cracks", "damaged"
+IN_MOTION = "without_static_solution"
 UNBALANCED, MOTION = "unbalanced", "motion"
 LOADING_SPEED, VIBRATION, TEMPERATURE = "loading_speed", "vibration", "temperature"
 STABILITY, IMBALANCE = "stability", "imbalance"
@@ -175,9 +176,7 @@ PROPERTIES = (
     Quantity("steps", form=".0f"),
     Quantity("seconds", form=".1f"),
     Quantity("time_step", "s", form=".3e"),
-    Quantity(
-        "without_static_solution", words="static stages brought under their loads in motion", form=".0f", is_main=True
-    ),
+    Quantity(IN_MOTION, words="static stages brought under their loads in motion", form=".0f", is_main=True),
     Quantity("mass_added", "%", form=".3g"),
 )
 

@@ -305,10 +305,12 @@ class Pressure(BoundaryLoad):
 
 @attrs.frozen(kw_only=True)
 class Traction(BoundaryLoad):
-    """The forces on a boundary of a uniform stress beyond it: times its normal, per undeformed length.
+    """The forces on a boundary of a uniform stress beyond it: times its normal and length, as it lies at that moment.
 
-    They keep their direction, also where the boundary turns. ``stress=(0, 0, sxy)`` shears a boundary along x or y;
-    on the rim of an opening it is what the rock held that was there. ``factor`` multiplies it, as a pulse does.
+    The stress keeps its direction where the boundary turns, so that all round a specimen it has neither resultant nor
+    moment. (Forces of fixed direction would have a moment: those of a compression turn a specimen over that nothing
+    holds.) ``stress=(0, 0, sxy)`` shears a boundary along x or y; on the rim of an opening it is what the rock held
+    that was there. ``factor`` multiplies it, as a pulse does.
     """
 
     boundary: str  #: name of the boundary

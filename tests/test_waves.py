@@ -6,7 +6,7 @@ import pytest
 from bars import GLUED, P_SPEED, ROCK, S_SPEED, bar, bell
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support import STIFF, impose, small_sample, state_of, with_quiet
+from support import STIFF, advance, impose, small_sample, state_of, with_quiet
 
 import grainlaw as gl
 from grainlaw.columns import ENERGY, SPENT
@@ -239,14 +239,36 @@ def test_a_uniform_stress_all_round_is_in_equilibrium():
     state = state_of(specimen, Linear(**STIFF))
     sides = [gl.loads.Traction(boundary=name, stress=stress) for name in specimen.mesh.boundaries]
     state.begin(gl.Stage(name="s", loads=sides, until=[gl.conditions.Reaches("time", 1.0)], interval=1e-6))
+    advance(state)
     a = state.tractions.arrays
-    force, place = np.stack([a.full_x, a.full_y], axis=1), specimen.mesh.nodes[a.node]
+    force, place = np.stack([a.force_x, a.force_y], axis=1), specimen.mesh.nodes[a.node]
     scale = 1e7 * 20e-3
     assert np.abs(force.sum(axis=0)).max() < 1e-12 * scale
     assert abs(np.sum(place[:, 0] * force[:, 1] - place[:, 1] * force[:, 0])) < 1e-12 * scale * 20e-3
     area = specimen.grains.areas.sum()
     found = place.T @ force / area  # mean stress of forces on a rim
     assert found == pytest.approx(np.array([[3e6, 2e6], [2e6, -8e6]]), rel=1e-9)
+
+
+@given(turn=st.floats(-180, 180), stress=st.tuples(*[st.floats(-50e6, 50e6)] * 3))
+@settings(deadline=None, max_examples=20)
+def test_a_uniform_stress_turns_no_specimen_over(turn, stress):
+    """However it lies, and stretched: the stress beyond it does not turn, so it has no moment; its mean is inside."""
+    specimen, angle = small_sample(15), np.radians(turn)
+    state = state_of(specimen, Linear(**STIFF))
+    impose(state, [gl.loads.Traction(boundary=name, stress=stress) for name in specimen.mesh.boundaries])
+    x, y = specimen.mesh.nodes.T
+    place = np.array([np.cos(angle) * 1.1 * x - np.sin(angle) * y, np.sin(angle) * 1.1 * x + np.cos(angle) * y])
+    state.nodes.arrays.displacement[:] = place - (x, y)
+    advance(state)
+    a = state.tractions.arrays
+    force, on = np.stack([a.force_x, a.force_y]), place[:, a.node]
+    scale = 1e8 * 20e-3
+    assert np.abs(force.sum(axis=1)).max() < 1e-9 * scale
+    assert abs(np.sum(on[0] * force[1] - on[1] * force[0])) < 1e-9 * scale * 20e-3
+    xx, yy, xy = stress
+    mean = on @ force.T / (1.1 * specimen.grains.areas.sum())
+    assert mean == pytest.approx(np.array([[xx, xy], [xy, yy]]), rel=1e-9, abs=1e-9 * 1e8)
 
 
 @attrs.frozen(kw_only=True)

@@ -124,6 +124,7 @@ def _steps(thread, team, parts, chunk, forces_of_materials):
         leaving = bond_forces(bonds, nodes, chunk.first + step, thread)
         contact_step(contacts, chunk.time_step, thread)
         press(pressures, nodes, schedule, thread)
+        load(tractions, nodes, schedule, thread)
         if fluids.rate.shape[0] > 0:
             sweep(fluids, nodes, thread)
             barrier.wait(team.meeting, team.threads, team.pauses)  # what all faces have swept
@@ -142,7 +143,6 @@ def _steps(thread, team, parts, chunk, forces_of_materials):
         gather_bond_forces(bonds, nodes, thread)
         gather_contact_forces(contacts, nodes, thread)
         gather_pressures(pressures, nodes, thread)
-        load(tractions, nodes, schedule, thread)
         if grains.node.shape[0] > 0:
             barrier.wait(team.meeting, team.threads, team.pauses)  # forces on all nodes of a point
             collect_tied_forces(grains, nodes, freedoms, thread)

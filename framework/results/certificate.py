@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
-from grainlaw.columns import DAMAGED, STAGE, WET, quantity_of
+from grainlaw.columns import DAMAGED, IN_MOTION, SHEAR_CRACKS, STAGE, TENSILE_CRACKS, WET, quantity_of
 from grainlaw.contact import ContactLaw, memory_names
 from grainlaw.quantity import Quantity
 from grainlaw.results.thresholds import strains_disagree
@@ -72,6 +72,13 @@ def can_fail(result: Result) -> bool:
     return counts or bool(len(damaged) and damaged[-1] > 0)
 
 
+def _broken_at_first(result: Result) -> int:
+    """Contact points that had broken when the first stage ended."""
+    first = [k for k, stage in enumerate(result.curves.get(STAGE, ())) if stage == 0]
+    counts = (result.curves.get(name, ()) for name in (TENSILE_CRACKS, SHEAR_CRACKS))
+    return int(sum(count[first[-1]] for count in counts if first and len(count)))
+
+
 def is_whole(result: Result) -> bool:
     """Whether nothing was damaged of what could have been."""
     damaged = result.curves.get(DAMAGED, ())
@@ -105,6 +112,11 @@ def doubts(result: Result) -> Iterator[str]:
         yield (
             "the axial strain by volumetric_strain and lateral_strain is not the column strain: one of the three is "
             "wrong, and moduli with it"
+        )
+    if summary.get(IN_MOTION) and (broken := _broken_at_first(result)):
+        yield (
+            f"{broken} contact points broke in the stage '{result.stages[0]}', whose loads came on in motion as they "
+            "have no static solution: give them a longer ramp, and see whether as many break"
         )
     if summary.get(WET) == 0:
         yield "the fluid has reached no contact point"

@@ -12,6 +12,7 @@ import numpy as np
 
 from grainlaw.columns import (
     ENERGY,
+    IN_MOTION,
     SHARED,
     SPENT,
     STAGE_TIME,
@@ -393,7 +394,7 @@ class Execution:
         names = [stage.name for stage in self.stages]
         result = Result.from_run(self.state, self.protocol, curves, frames, seconds, names, of_test=of_test)
         if self.at.without_static:
-            result.summary["without_static_solution"] = self.at.without_static
+            result.summary[IN_MOTION] = self.at.without_static
         return result
 
     def _summary_so_far(self) -> dict[str, Any]:

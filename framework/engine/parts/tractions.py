@@ -1,4 +1,4 @@
-"""Tractions on boundaries: forces on their nodes, in directions that do not change, times a factor of time."""
+"""Tractions on boundaries: a stress beyond them that does not turn, times a factor of time, on edges as they move."""
 
 from __future__ import annotations
 
@@ -15,12 +15,17 @@ from grainlaw.mesh import Mesh
 
 
 class TractionArrays(NamedTuple):
-    """Loaded nodes (n), ascending; one that two tractions load is there twice."""
+    """Ends of loaded edges (n), ascending by node: two for each edge, that at its start and that at its end."""
 
     column: Constant  #: (n,) column of the schedule with the factor
     node: Constant  #: (n,)
-    full_x: Constant  #: (n,) N at a factor of 1
-    full_y: Constant
+    first: Constant  #: (n,) start of the edge, the grain on the left
+    last: Constant  #: (n,) its end
+    edge_x: Constant  #: (n,) m, undeformed, from start to end
+    edge_y: Constant
+    xx: Constant  #: (n,) Pa, stress at a factor of 1
+    yy: Constant
+    xy: Constant
     force_x: Changing  #: (n,) N, of the last step
     force_y: Changing
     moved_x: Changing  #: (n,) m, displacement at the last step
@@ -31,12 +36,15 @@ class TractionArrays(NamedTuple):
 
 @njit(**OPTIONS)
 def load(tractions, nodes, schedule, thread):
-    """Add the forces of tractions to a thread's nodes; their work, Eq. (11)."""
+    """Add the forces of tractions on the edges as they lie to a thread's nodes, half to each end; work, Eq. (11)."""
     ux, uy, fx, fy = nodes.displacement[0], nodes.displacement[1], nodes.force[0], nodes.force[1]
     px, py, moved_x, moved_y = tractions.force_x, tractions.force_y, tractions.moved_x, tractions.moved_y
     for n in range(tractions.share[thread], tractions.share[thread + 1]):
-        i, factor = tractions.node[n], schedule[tractions.column[n]]
-        x, y = factor * tractions.full_x[n], factor * tractions.full_y[n]
+        i, j, k = tractions.node[n], tractions.first[n], tractions.last[n]
+        half = 0.5 * schedule[tractions.column[n]]
+        along_x, along_y = tractions.edge_x[n] + ux[k] - ux[j], tractions.edge_y[n] + uy[k] - uy[j]
+        x = half * (tractions.xx[n] * along_y - tractions.xy[n] * along_x)  # normal times length: (along_y, -along_x)
+        y = half * (tractions.xy[n] * along_y - tractions.yy[n] * along_x)
         tractions.work[n] += 0.5 * ((px[n] + x) * (ux[i] - moved_x[n]) + (py[n] + y) * (uy[i] - moved_y[n]))
         px[n], py[n], moved_x[n], moved_y[n] = x, y, ux[i], uy[i]
         fx[i] += x
@@ -53,23 +61,20 @@ class Tractions(PointForces):
         self.begin(Imposed(mesh), START)
 
     def begin(self, imposed: Imposed, at: Moment) -> None:
-        mesh = self._mesh
-        rows: list[np.ndarray] = [np.zeros((0, 4))]
-        for traction in imposed.of(Traction):
-            edges = mesh.boundary_edges[traction.boundary]
-            along = mesh.nodes[edges[:, 1]] - mesh.nodes[edges[:, 0]]
-            xx, yy, xy = traction.stress
-            outward = np.column_stack([along[:, 1], -along[:, 0]])  # normal times length: the grain is on the left
-            half = outward @ np.array([[xx, xy], [xy, yy]]) / 2
-            node, place = np.unique(edges, return_inverse=True)
-            force = np.stack([np.bincount(place.ravel(), np.repeat(row, 2), len(node)) for row in half.T], axis=1)
-            rows.append(np.column_stack([np.full(len(node), imposed.column(traction)), node, force]))
-        table = np.concatenate(rows)
-        table = table[np.argsort(table[:, 1], kind="stable")]
-        node, count = table[:, 1].astype(np.int64), len(table)
+        mesh, tractions = self._mesh, imposed.of(Traction)
+        edges = [mesh.boundary_edges[traction.boundary] for traction in tractions]
+        column = np.array([imposed.column(traction) for traction in tractions], dtype=np.int64)
+        of = np.repeat(np.arange(len(edges)), [2 * len(each) for each in edges])
+        ends = np.repeat(np.concatenate([np.zeros((0, 2), dtype=np.int64), *edges]), 2, axis=0)
+        node = np.where(np.arange(len(ends)) % 2 == 0, ends[:, 0], ends[:, 1])
+        order = np.argsort(node, kind="stable")
+        of, (first, last), node = of[order], ends[order].T, node[order]
+        along, count = (mesh.nodes[last] - mesh.nodes[first]).T, len(node)
+        xx, yy, xy = np.array([one.stress for one in tractions]).reshape(-1, 3)[of].T
         self.arrays = TractionArrays(
-            table[:, 0].astype(np.int64), node, table[:, 2].copy(), table[:, 3].copy(), np.zeros(count),
-            np.zeros(count), at.at_forces[0, node], at.at_forces[1, node], np.zeros(count), np.zeros(2, dtype=np.int64),
+            column[of], node, first.copy(), last.copy(), along[0].copy(), along[1].copy(),
+            xx.copy(), yy.copy(), xy.copy(), np.zeros(count), np.zeros(count),
+            at.at_forces[0, node], at.at_forces[1, node], np.zeros(count), np.zeros(2, dtype=np.int64),
         )  # fmt: skip
 
     def share(self, split: Split) -> np.ndarray:
