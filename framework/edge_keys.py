@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from grainlaw.fields import ParameterError
-from grainlaw.messages import short
+from grainlaw.messages import nearest, short
 from grainlaw.tessellation import Tessellation
 
 Names = tuple[int | str, ...]  #: number of a phase, and its name if it has one
@@ -70,9 +70,13 @@ def check_known(where: str, keys: Iterable[Any], grains: Tessellation) -> None:
         phases = [part for part in key if part not in ("inside", ...)] if isinstance(key, tuple) else []
         if None in map(grains.phase_number, phases) or (isinstance(key, str) and key not in kinds):
             names, joints = grains.known_phases, ", ".join(grains.joints) or "none"
+            shown = repr(key).replace("Ellipsis", "...")
+            known = [*grains.phase_names, *grains.joints]
+            unknown = [str(part) for part in phases or [key] if part not in known]
+            near = next(filter(None, (nearest(part, known) for part in unknown)), "")
             star = "; any other is ... in Python, as in ('mica', ...)" if "*" in key else ""
             raise ParameterError(
-                f"{where}: {key!r} names what the grains do not have (phases: {names}; joints: {joints}){star}"
+                f"{where}: {shown} names what the grains do not have{near} (phases: {names}; joints: {joints}){star}"
             )
 
 

@@ -141,7 +141,7 @@ class GrainCells(metaclass=Checked):
 class _Counted(GrainCells):
     """Cells of one size, or as many as are wanted in a grain of mean area."""
 
-    count: int | None = whole_number(at_least=1, default=None)  #: cells in a grain of mean area; give this or size
+    count: int | None = whole_number(at_least=2, default=None)  #: cells in a grain of mean area; give this or size
     size: float | None = length()  #: m, root of the mean area of the cells
 
     def __attrs_post_init__(self) -> None:

@@ -251,6 +251,8 @@ def test_cracks_are_parted_by_the_minerals_on_their_sides(broken):
     parts = cracks.by_pair()
     assert list(parts) == [("mica", "quartz"), ("quartz", "quartz")]
     assert [each.time.tolist() for each in parts.values()] == [cracks.time[[0, 2]].tolist(), cracks.time[[1]].tolist()]
+    through = attrs.evolve(cracks, inside=np.array([False, True, False])).by_pair()
+    assert list(through) == [("mica", "quartz"), ("inside", "quartz")]
     assert list(broken.cracks.by_pair()) == [("0", "0")]
     assert cracks.to_pandas()[["phase_a", "phase_b"]].to_numpy().tolist() == names.tolist()
     assert broken.cracks[np.zeros(0, int)].by_pair() == {}

@@ -10,7 +10,7 @@ from support import BRITTLE, ROCK, STRONG
 import grainlaw as gl
 from grainlaw.contact import law_between
 from grainlaw.engine.model import laws_of_bonds
-from grainlaw.geometry import Bricks, rectangle, together
+from grainlaw.geometry import Bricks, moved, rectangle, together
 from grainlaw.laws import Linear, MohrCoulomb, WeibullField
 from grainlaw.protocols import UniaxialTension
 
@@ -99,7 +99,10 @@ def test_a_specimen_of_one_mineral_is_the_one_without_minerals():
 @pytest.mark.parametrize(
     ("laws", "words"),
     [
-        ({("quartz", "mika"): A, ...: A}, r"\('quartz', 'mika'\) names what the grains do not have \(phases: quartz"),
+        (
+            {("quartz", "mika"): A, ...: A},
+            r"\('quartz', 'mika'\) names what the grains do not have; did you mean 'mica'",
+        ),
         ({"joint": A, ...: A}, "'joint' names what the grains do not have.*joints: none"),
         ({("quartz", "quartz"): A}, "no law is given for contacts between the phases quartz and mica"),
         ({1.5: A}, "the key 1.5 is not allowed, it must be a pair of phases"),
@@ -160,7 +163,7 @@ def test_bodies_together_keep_names_grains_and_joints():
     joint = np.column_stack([edges.start, edges.end])[edges.right == 2]
     lower = wall([0, 0, 0, 1], parent=[0, 0, 0, 1], names=("quartz", "mica"), joints={"bedding": joint})
     upper = wall([1, 1, 1, 0], names=("mica", "steel"))
-    both = together(lower, upper)
+    both = together(lower, moved(upper, by=(9, 0)))
     assert [both.phase_name(k) for k in both.phase] == ["quartz"] * 3 + ["mica"] + ["steel"] * 3 + ["mica"]
     assert both.parent.tolist() == [0, 0, 0, 1, 2, 3, 4, 5]
     assert np.array_equal(both.joints["bedding"], joint)

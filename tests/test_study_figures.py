@@ -297,8 +297,10 @@ def test_tables_of_a_report_by_hand(tmp_path):
         ["stored run of a case, mean", "3 kB"],
     ]
     assert report._factors(table) == [["law", "A, B", "2 levels"], ["seed", "1, 2, 3", "3 levels"]]
-    assert [words for _, words in report._pairs(table, ["seed"])["figures"]] == ["strength"]
-    assert report._pairs(table, ["law"]) is report._pairs(table, []) is None
+    (pairs,) = report._pairs(table, ["seed"])
+    assert [words for _, words in pairs["figures"]] == ["strength"]
+    assert [each["factor"] for each in report._pairs(table, ["law"])] == ["seed"]
+    assert report._pairs(table, []) == []
     assert report._means(table, ["law"], ["seed"])["how"] == "over seed"
     assert report._means(table, ["law", "seed"], ["seed"])["how"] == "over all other factors"
 
@@ -308,16 +310,28 @@ def test_pairs_of_more_than_24_groups_are_written_but_not_drawn(groups, drawn, t
     cases = [{"law": law, "speed": speed, "seed": 1} for law in "AB" for speed in range(groups)]
     rows = [row(case, {"strength": 1e6 if case["law"] == "A" else 3e6}) for case in cases]
     monkeypatch.setattr(Table, "plot_paired", lambda table, *which: which)
-    found = report._pairs(table_of(rows, tmp_path / "s"), ["seed"])
+    (found,) = report._pairs(table_of(rows, tmp_path / "s"), ["seed"])
     assert found["figures"] == [(("strength", "law", ["seed"]), "strength")] * drawn
     assert len(found["listings"][0]["rows"]) == groups
 
 
 def test_pairs_of_cases_that_measure_nothing_have_no_picture(tmp_path):
     table = table_of([row({"law": law, "seed": 1}) for law in "AB"], tmp_path / "s")
-    assert report._pairs(table, ["seed"]) == {
-        "factor": "law", "over": "seed", "listings": [], "figures": [],
-    }  # fmt: skip
+    assert report._pairs(table, ["seed"]) == [{"factor": "law", "over": "seed", "listings": [], "figures": []}]
+
+
+@pytest.mark.parametrize(("levels", "pairs"), [(4, ["law", "share"]), (5, ["law"])])
+def test_differences_are_those_of_all_factors_with_names_or_few_levels(levels, pairs, tmp_path):
+    cases = [{"law": law, "share": k / 10, "seed": 1} for law in "AB" for k in range(levels)]
+    table = table_of([row(case, {}) for case in cases], tmp_path / "s")
+    assert [each["factor"] for each in report._pairs(table, ["seed"])] == pairs
+
+
+def test_curves_are_drawn_where_all_runs_have_them(table, monkeypatch):
+    run, last = table.run, max(k for k in range(len(table)) if table.is_finished(k))
+    other = SimpleNamespace(curves={"force": np.zeros(2)})
+    monkeypatch.setattr(Table, "run", lambda _, k: other if k == last else run(k))
+    assert report._pictures(table, ["law"], ["seed"])["curves"] is None
 
 
 @pytest.mark.parametrize(
@@ -362,7 +376,7 @@ def test_the_report_holds_what_the_table_says(table, tmp_path):
     assert page.rows["10"][0][:3] == ["cohesive crack - Mohr-Coulomb", "4", f"{first.mean / 1e6:.2f}"]
     assert "57.3 ± 0" in page.rows["failure plane angle (deg)"][0]
     assert page.rows["CPU time of all cases"] == [["24 s"]]  # 16 of 1.5 s
-    assert len(page.images) == 4
+    assert len(page.images) == 5
     assert all(re.match(r"data:image/png;base64,", image) for image in page.images)
 
 

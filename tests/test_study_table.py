@@ -226,7 +226,10 @@ def test_where_chooses_cases_with_their_runs(drawn, tmp_path):
     assert chosen["strength"].tolist() == [drawn["B", 3]]
     assert table.where(law="C")["seed"].tolist() == list(range(8))
     assert len(table.where()) == len(table) == 24
-    assert len(table.where(law="D")) == 0
+    with pytest.raises(
+        gl.ParameterError, match=r"Table\.where: law = 'D' is not allowed, it must be a level: 'A', 'B', 'C'"
+    ):
+        table.where(law="D")
 
 
 def test_a_table_without_rows(tmp_path):

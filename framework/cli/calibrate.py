@@ -27,8 +27,9 @@ from grainlaw.cli.running import contents, end_stopped, refusing
 from grainlaw.cli.sections import Sections, assign, checked_sections, read_tables
 from grainlaw.contact import ContactLaw
 from grainlaw.declared import units_of
+from grainlaw.edge_keys import words_of
 from grainlaw.fields import ParameterError, whole_number
-from grainlaw.messages import refusal
+from grainlaw.messages import refusal, short
 from grainlaw.results.files import warn, writable_folder
 from grainlaw.runs.claim import MATERIAL_FILES
 from grainlaw.runs.progress_file import read
@@ -112,6 +113,12 @@ def calibration_of(
         shape: FileSpecimens(shape, {**sections, "sample": dict(sample)}, quick) for shape, sample in shapes.items()
     }
     chosen = specimens[PRISM].configuration(1)
+    if not isinstance(chosen.law, ContactLaw):
+        name, keys = short(sections.get("rock", {}).get("type")), ", ".join(map(words_of, chosen.law))
+        raise ParameterError(
+            f"{file}: rock.type = {name} is not allowed in a calibration, which finds one law of all contacts: it has "
+            f"others ({keys})"
+        )
     units = units_of(type(chosen.law))
     refuse_unknown("free", beside["free"], units)
     refuse_unknown("tied", beside["tied"], units)

@@ -57,7 +57,9 @@ def textured(tessellator: Tessellator, values: Mapping[str, Any]) -> tuple[Tesse
         raise ParameterError("sample.clustering is of the minerals of a sample, which has none")
     if traces is not None and sized:
         tessellator = Jointed(tessellator, traces)
-    if "breakable" in values:
+    if values.get("breakable") is False:  # whole, also where those of the rock are not
+        section["breakable"] = False
+    elif "breakable" in values:
         filling = values["breakable"]
         has_size = isinstance(filling, Mapping) and "size" in filling  # which takes the place of a count
         base = VoronoiCells(size=1.0) if has_size else VoronoiCells(count=8)

@@ -92,7 +92,15 @@ def _laws(law: dict[str, Any], laws: dict[str, Any], given: Sections) -> Section
     for entry in tables.values():
         if "type" in entry:
             entry["type"] = law_class(entry["type"])
-    return {"law": {**law, **given["law"], "type": cls}, "laws": _over({**laws, **tables}, given["laws"])}
+    laws = {**laws, **tables}
+    over = {_as_in(laws, key): entry for key, entry in given["laws"].items()}
+    return {"law": {**law, **given["law"], "type": cls}, "laws": _over(laws, over)}
+
+
+def _as_in(laws: Mapping[str, Any], key: str) -> str:
+    """The key of a pair in the order in which the rock has it."""
+    turned = "/".join(reversed(key.split("/")))
+    return turned if turned in laws else key
 
 
 def law_class(name: Any) -> Any:

@@ -75,7 +75,7 @@ def _value(key: str, value: Any) -> Any:
     if key == "corner" and isinstance(value, list):
         return quantities(value, "m", "sample.corner")
     if key == "phases" and isinstance(value, Mapping):  # keys of TOML are texts
-        return {int(number) if number.isdecimal() else number: name for number, name in value.items()}
+        return {int(number) if str(number).isdecimal() else number: name for number, name in value.items()}
     return value
 
 

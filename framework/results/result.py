@@ -40,6 +40,7 @@ from grainlaw.results.files import RESULT, write_atomically
 from grainlaw.results.tables import data_frame
 from grainlaw.short_form import html_table
 from grainlaw.specimen import Specimen
+from grainlaw.tessellation import INSIDE
 
 if TYPE_CHECKING:
     import pandas
@@ -111,8 +112,13 @@ class Cracks(metaclass=Checked):
         return data_frame("Cracks.to_pandas", attrs.asdict(self, recurse=False))
 
     def by_pair(self) -> dict[tuple[str, str], Cracks]:
-        """The cracks by the minerals on their two sides, in the order of the alphabet; those with the most first."""
-        pairs, which = np.unique(np.sort(self.phases, axis=1), axis=0, return_inverse=True)
+        """The cracks by the minerals on their two sides, in the order of the alphabet; those with the most first.
+
+        Those between two cells of one grain have the key ``("inside", mineral)``, as laws have.
+        """
+        names = np.sort(self.phases, axis=1).astype(object)
+        names[self.inside, 0] = INSIDE
+        pairs, which = np.unique(names.astype(str), axis=0, return_inverse=True)
         order = np.argsort(-np.bincount(which.ravel(), minlength=len(pairs)), kind="stable")
         return {(str(pairs[k, 0]), str(pairs[k, 1])): self[which.ravel() == k] for k in order}
 

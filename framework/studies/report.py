@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 LEVELS = 12  #: levels of a factor that are written out
 MOST_GROUPS = 24  #: groups of which means are written
+MOST_PAIRED = 4  #: levels of a factor of numbers whose differences are written
 MOST_DRAWN = 8  #: quantities of which pictures are drawn
 MOST_CURVES = 300  #: runs that are read for the picture of curves
 REASONS = 100  #: cases that failed and are listed
@@ -39,7 +40,7 @@ def write_report(table: Table, file: str | os.PathLike[str], title: str, over: S
     write_page(
         file, "studies/report.html", title=title or f"Study of {', '.join(table.factors) or 'one case'}",
         count=len(table), failed=len(table.failed), doubts=doubts(table), factors=_factors(table),
-        means=_means(table, by, over) if finished else None, pairs=_pairs(table, over) if finished else None,
+        means=_means(table, by, over) if finished else None, pairs=_pairs(table, over) if finished else [],
         **(_pictures(table, by, over) if finished else {"curves": None, "cracks": None}), failures=_failures(table),
         cost=_cost(table), versions=_versions(table),
     )  # fmt: skip
@@ -57,11 +58,15 @@ def _means(table: Table, by: Sequence[str], over: Sequence[str]) -> dict[str, An
     }
 
 
-def _pairs(table: Table, over: Sequence[str]) -> dict[str, Any] | None:
-    """Of the first factor whose levels have names."""
-    factor = next((name for name in table.factors if name not in over and _is_named(table, name)), None)
-    if not factor or not over or len(table.levels(factor)) < 2:
-        return None
+def _pairs(table: Table, over: Sequence[str]) -> list[dict[str, Any]]:
+    """Of each factor with several levels, few unless they have names."""
+    names = [name for name in table.factors if name not in over and over and len(table.levels(name)) > 1]
+    return [
+        _paired(table, name, over) for name in names if _is_named(table, name) or len(table.levels(name)) <= MOST_PAIRED
+    ]
+
+
+def _paired(table: Table, factor: str, over: Sequence[str]) -> dict[str, Any]:
     paired = table.paired(factor, over)
     drawn = [name for name in _drawn(table) if len(paired[name]) <= MOST_GROUPS]
     return {
@@ -87,7 +92,8 @@ def _pictures(table: Table, by: Sequence[str], over: Sequence[str]) -> dict[str,
     first = next(k for k in range(len(table)) if table.is_finished(k))
     if not table.has_run(first):
         return {"curves": None, "cracks": None}
-    drawn = {STRAIN, STRESS} <= set(table.run(first).curves) and len(table) <= MOST_CURVES
+    runs = (table.run(k) for k in range(len(table)) if table.is_finished(k))
+    drawn = len(table) <= MOST_CURVES and all({STRAIN, STRESS} <= set(run.curves) for run in runs)
     cases = groups.first_of_each(table, over)
     return {
         "curves": table.plot_curves(by) if drawn else None,

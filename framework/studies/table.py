@@ -13,7 +13,7 @@ import numpy as np
 from grainlaw.arguments import Checked, checked, is_number
 from grainlaw.columns import STRAIN, STRESS, quantity_of
 from grainlaw.fields import ParameterError, checked_whole_number
-from grainlaw.messages import nearest, short
+from grainlaw.messages import nearest, refusal, short
 from grainlaw.quantity import Quantity
 from grainlaw.results.certificate import COST, LIMITS
 from grainlaw.results.measure import Measure
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from grainlaw.drawing.figure import Figure
 
 
+SHOWN = 12  #: levels that a refusal names
 NO_PROPERTIES = (*LIMITS, *COST)  #: of the rock
 
 
@@ -177,8 +178,11 @@ class Table(metaclass=Checked):
         return list(dict.fromkeys(row[factor] for row in self.rows))
 
     def where(self, **levels: Any) -> Table:
-        """The table of the cases with these levels. Raises ParameterError for a name that is no factor."""
+        """The table of the cases with these levels. Raises ParameterError for a name that is no factor, or no level."""
         self._check_factors("where", *levels)
+        for name, given in levels.items():
+            if given not in (known := self.levels(name)):
+                raise refusal(f"Table.where: {name}", given, f"a level: {', '.join(map(short, known[:SHOWN]))}")
         kept = [
             stored for stored, row in zip(self._stored, self.rows, strict=True)
             if all(row[name] == level for name, level in levels.items())
