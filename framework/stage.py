@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TypeVar
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from grainlaw.arguments import Checked, fits
 from grainlaw.columns import AGED, ENERGY, JUMPS, MOTION, SUPPLIED, UNBALANCED
-from grainlaw.conditions import Condition, Curves
+from grainlaw.conditions import Condition, Curves, Lasts
 from grainlaw.fields import ParameterError, parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Loading
@@ -147,6 +148,10 @@ class Stage(metaclass=Checked):
         for load in self.loads:
             load.check(self)
         if self.loading is None:
+            shortest = min((end.duration for end in self.until if isinstance(end, Lasts)), default=math.inf)
+            if self.interval > shortest:
+                where, wanted = f"Stage '{self.name}': interval", f"at most the {shortest:g} s that the stage lasts"
+                raise refusal(where, self.interval, wanted)
             return
         if self.expected is None:
             raise ParameterError(f"Stage '{self.name}': a loading needs expected, the number of samples to its end")

@@ -162,7 +162,6 @@ class Jointed(Tessellator):
     @checked
     def tessellate(self, region: Region) -> Tessellation:
         """Fill a region and cut the grains; the parts of a grain follow each other in number."""
-        self._warn_of_units(region)
         grains = self.tessellator.tessellate(region)
         size, edges = grains.grain_size, grains.edges
         near, names = NEAR * size, tuple(dict.fromkeys([*grains.joints, *self.traces]))
@@ -186,16 +185,18 @@ class Jointed(Tessellator):
         tiling, straight = held(tiling, start, end, vertices_on(tiling.vertices, start, end, near))
         merged = merge_short_edges(tiling, limit, smallest, straight)
         merged = merge_short_edges(released(merged), limit, smallest, region_sides(region))
-        return merged.tessellation(grains, names)
+        made = merged.tessellation(grains, names)
+        self._warn_of_misses(made)
+        return made
 
-    def _warn_of_units(self, region: Region) -> None:
-        """Warn of a set of which no trace comes near the region, as one in mm."""
-        low, high = region.bounds
-        for name, traces in self.traces.items():
-            if all((trace.max(axis=0) < low).any() or (trace.min(axis=0) > high).any() for trace in traces):
+    def _warn_of_misses(self, made: Tessellation) -> None:
+        """Warn of a set of which no trace cuts a grain, as one in mm, one beside the region, or one that is short."""
+        (left, bottom), (right, top) = made.region.bounds
+        for name in self.traces:
+            if not len(made.joints[name]):
                 words = (
-                    f"Jointed: no trace of {name} meets the region, which has x from {low[0]:g} to {high[0]:g} m and y "
-                    f"from {low[1]:g} to {high[1]:g} m: is the unit right?"
+                    f"Jointed: no trace of {name} cuts a grain of the region, which has x from {left:g} to {right:g} m "
+                    f"and y from {bottom:g} to {top:g} m: is the unit right, and is one as long as a grain?"
                 )
                 warnings.warn(UnitWarning(words), stacklevel=4)
 

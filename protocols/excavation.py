@@ -66,6 +66,9 @@ class Excavation(LoadingProtocol):
         mesh = specimen.mesh
         if not enclosed_area(mesh.nodes, mesh.boundary_edges[self.opening]):
             raise refusal("Excavation: opening", self.opening, "the rim of a hole in the specimen")
+        rims = [hole for region in specimen.grains.regions for hole in region.hole_sides if self.opening in hole]
+        if len(rims) > 1:
+            raise refusal("Excavation: opening", self.opening, f"the rim of one hole; {len(rims)} have this name")
         sides = [name for name in specimen.mesh.boundaries if name != self.opening]
         slowly = PASSAGES * specimen.longest_passage or RIGID
         release = self.release or slowly

@@ -77,7 +77,7 @@ class Reference:
         for load in self.of(gl.loads.Traction):
             xx, yy, xy = load.stress
             for i, j in self.mesh.boundary_edges[load.boundary].tolist():
-                out = -1j * (self.x0[j] - self.x0[i])
+                out = -1j * (self.x0[j] + self.u[j] - self.x0[i] - self.u[i])
                 for node in (i, j):
                     f[node] += complex(xx * out.real + xy * out.imag, xy * out.real + yy * out.imag) / 2
         return [force + self.weight(i) for i, force in enumerate(f)]

@@ -322,6 +322,13 @@ def test_a_vertex_where_nothing_turns_or_meets_is_dropped():
     assert merging._without_idle(found) is found
 
 
+@pytest.mark.parametrize("cells", [VoronoiCells, Trigons])
+def test_one_cell_in_a_grain_is_refused(cells):
+    """It would divide the larger grains."""
+    with pytest.raises(gl.ParameterError, match="count = 1 is not allowed, it must be a whole number, at least 2"):
+        cells(count=1)
+
+
 def test_cells_larger_than_the_grains_are_told():
     """Half a metre for half a millimetre."""
     grains, region = Voronoi(grains=12, seed=1), rectangle(0.02, 0.02)

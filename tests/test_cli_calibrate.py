@@ -133,6 +133,17 @@ def test_what_is_wrong_is_refused_before_any_work(tmp_path, old, new, words):
     assert not list((tmp_path / "rock").glob("tests/cases/*")) if (tmp_path / "rock").exists() else True
 
 
+def test_a_rock_with_several_laws_is_refused(tmp_path):
+    text = (
+        '[rock]\ntype = "granite-aboayanah-2024"\n[targets]\nucs = "200 MPa"\n[free]\ncohesion = ["10 MPa", "30 MPa"]'
+    )
+    words = (
+        r"rock\.type = 'granite-aboayanah-2024' is not allowed in a calibration, .* it has others \(inside feldspar, "
+    )
+    with pytest.raises(ParameterError, match=words):
+        calibration_of(written(tmp_path, text))
+
+
 def numbers(folder):
     content = json.loads((folder / "calibration.json").read_text())
     return {name: content[name] for name in ("parameters", "points", "values", "checks", "identifiability")}

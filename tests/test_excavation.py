@@ -3,12 +3,13 @@
 import math
 from types import SimpleNamespace
 
+import attrs
 import numpy as np
 import pytest
 from bars import ROCK
 
 import grainlaw as gl
-from grainlaw.geometry import Graded, Laguerre, Voronoi, plate_with_hole, rectangle
+from grainlaw.geometry import Graded, Laguerre, Voronoi, plate_with_hole, polygon, rectangle
 from grainlaw.laws import Linear
 from grainlaw.protocols import Excavation
 
@@ -109,6 +110,18 @@ def test_a_specimen_without_an_opening_is_refused():
         gl.ParameterError, match="opening = 'top' is not allowed, it must be the rim of a hole in the spec"
     ):
         Excavation(opening="top").stages(PLATE)
+
+
+def test_two_holes_of_one_name_are_refused():
+    """Their closure would be that of neither."""
+    holes = {str(x): [(x, 1), (x, 2), (x + 1, 2), (x + 1, 1)] for x in (2, 5)}
+    region = polygon([(0, 0), (9, 0), (9, 4), (0, 4)], "side", holes=holes)
+    region = attrs.evolve(region, hole_sides=(("hole",) * 4,) * 2)
+    specimen = gl.Specimen(Voronoi(grains=40, seed=1).tessellate(region), ROCK)
+    with pytest.raises(
+        gl.ParameterError, match="opening = 'hole' is not allowed, it must be the rim of one hole; 2 have"
+    ):
+        Excavation().stages(specimen)
 
 
 def test_edges_of_a_rim_that_are_near_each_other_are_no_contact():

@@ -53,13 +53,15 @@ TESSELLATORS = [
 ]  # fmt: skip
 
 
-def test_a_set_that_is_far_from_the_region_is_warned_of():
-    traces = {"j": [[(0, 10), (25, 40)]], "k": [[(0.0, 0.01), (0.025, 0.03)], [(1.0, 1.0), (2.0, 3.0)]]}
+@pytest.mark.parametrize("missing", [[(0, 10), (25, 40)], [(-30, -10), (30, 34)], [(0.01, 0.01), (0.0101, 0.0101)]])
+def test_a_set_that_cuts_no_grain_is_warned_of(missing):
+    """In mm, beside the region though its box meets it, and shorter than half a grain."""
+    traces = {"j": [missing], "k": [[(0.0, 0.01), (0.025, 0.03)], [(1.0, 1.0), (2.0, 3.0)]]}
     with pytest.warns(UnitWarning) as told:
         made = Jointed(Voronoi(grains=12), traces).tessellate(rectangle(0.025, 0.05))
     assert [str(each.message) for each in told] == [
-        "Jointed: no trace of j meets the region, which has x from 0 to 0.025 m and y from 0 to 0.05 m: is the unit "
-        "right?"
+        "Jointed: no trace of j cuts a grain of the region, which has x from 0 to 0.025 m and y from 0 to 0.05 m: is "
+        "the unit right, and is one as long as a grain?"
     ]
     assert len(made.joints["k"])
 

@@ -210,6 +210,15 @@ def test_how_long_a_stage_takes_and_how_it_is_slowed_down():
     assert steady.delay(1e-5) == 6  # half of the ramp: 55 um
 
 
+def test_a_stage_lasts_no_less_than_a_sample():
+    stage = {"name": "wait", "until": [gl.conditions.AtRest(), gl.conditions.Lasts(1e-4)]}
+    assert gl.Stage(**stage, interval=1e-4).interval == 1e-4
+    with pytest.raises(
+        gl.ParameterError, match=r"Stage 'wait': interval = 0\.001 is not allowed, .* at most the 0\.0001 s"
+    ):
+        gl.Stage(**stage, interval=1e-3)
+
+
 def test_loading_is_checked():
     stage = {"name": "load", "until": [gl.conditions.Reaches("time", 1)], "interval": 1e-6, "loading": gl.Adaptive()}
     moving, still = (gl.loads.Drive(boundary="top", axis=1, speed=speed) for speed in (1.0, 0.0))

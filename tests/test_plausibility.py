@@ -18,17 +18,18 @@ from grainlaw.materials import Thermal
 from grainlaw.protocols import BiaxialCompression, HydraulicFracturing, Saturated, SplitHopkinson, UniaxialCompression
 from grainlaw.results.certificate import warnings_of
 from grainlaw.runs import progress
+from grainlaw.units import MPa
 from grainlaw.workbench import driver
 
 PRESS = UniaxialCompression(loading=gl.Constant(speed=0.2), maximum_strain=2e-5, samples=10)
 
 
-def told(call):
+def told(call, category=gl.UnitWarning):
     """What is warned of."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         call()
-    return [str(each.message) for each in caught if each.category is gl.UnitWarning]
+    return [str(each.message) for each in caught if issubclass(each.category, category)]
 
 
 def run(law=BRITTLE, test=PRESS):
@@ -61,6 +62,54 @@ def test_numbers_in_other_units_are_told_with_the_usual_range():
 )  # fmt: skip
 def test_numbers_of_fluids_bars_and_heat_are_told_too(make, words):
     assert told(make)[0].startswith(words)
+
+
+def staged(*loads):
+    """Stages under these loads, one after the other."""
+
+    class Test(gl.LoadingProtocol):
+        def stages(self, specimen):
+            ends = {"until": [gl.conditions.Lasts(2e-7)], "interval": 1e-7}
+            return [gl.Stage(name="abc"[k], loads=each, **ends) for k, each in enumerate(loads)]
+
+        def measure(self, state):
+            return {}
+
+        def summary(self, curves, specimen):
+            return {}
+
+    return Test()
+
+
+def pressed(value, **more):
+    return [gl.loads.Pressure(boundary=side, pressure=value * MPa, **more) for side in ("left", "right")]
+
+
+HELD = [gl.loads.Drive(boundary="left", axis=0, speed=0.0), gl.loads.Drive(boundary="right", axis=0, speed=0.0)]
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "words"),
+    [
+        (pressed(2, ramp=1e-7), pressed(2, ramp=1e-7), "stage 'b': Pressure on the boundary left begins with 0, where"),
+        (
+            pressed(2, ramp=1e-7), [],
+            "stage 'b': Pressure on the boundary left begins with 0, where stage 'a' ends with 2e+06",
+        ),
+        (pressed(2, ramp=1e-7), pressed(2), ""),
+        (pressed(2, ramp=1e-7), pressed(3, start=2 * MPa, ramp=1e-7), ""),
+        (pressed(2, ramp=1e-7), HELD, ""),  # the sides stay where they are
+        (pressed(-2), pressed(-2), "stage 'a': a pressure of -2e+06 Pa on the boundary left pulls: is the sign right?"),
+        (
+            [gl.loads.Drive(boundary="top", axis=1, speed=-50.0)], HELD,
+            "the boundary top moves at 50 m/s, which is unusual: at most",
+        ),
+    ],
+)  # fmt: skip
+def test_loads_of_stages_of_ones_own_are_told(first, second, words):
+    found = [each for each in told(lambda: run(test=staged(first, second)), UserWarning) if "holds" not in each]
+    assert bool(found) == bool(words)
+    assert not words or found[0].startswith(words)
 
 
 def test_a_wave_in_megapascals_is_told():
@@ -240,7 +289,11 @@ def test_a_loop_that_ends_runs_in_a_thread_of_its_own_with_the_same_numbers():
 def test_boundaries_of_one_name_do_not_move_each_other():
     square = [(0, 0), (1, 0), (1, 1), (0, 1)]
     sides = ["bottom", "right", "top", "left"]
-    grains = together(block(square, sides), block([(x + 2, y) for x, y in square], sides), block(square, "left_2"))
+    grains = together(
+        block(square, sides),
+        block([(x + 2, y) for x, y in square], sides),
+        block([(x, y + 2) for x, y in square], "left_2"),
+    )
     assert grains.boundary_names == (*sides, *(f"{side}_2" for side in sides), "left_2_2")
 
 

@@ -136,7 +136,7 @@ def test_a_prediction_is_compared_with_the_laboratory(example):
 def test_the_blind_granite_has_the_parameters_of_its_paper(example):
     """Of the three small energies alone there are two readings; a minimal specimen has the laws of all its pairs."""
     study = example("granite_blind")
-    printed, other = (study.laws(energies) for energies in study.ENERGIES)
+    printed, other, cracks = (study.laws(energies) for energies in study.ENERGIES)
     assert {pair for pair in printed if printed[pair] != other[pair]} == {
         ..., ("biotite", "feldspar"), ("biotite", "quartz")
     }  # fmt: skip
@@ -144,7 +144,8 @@ def test_the_blind_granite_has_the_parameters_of_its_paper(example):
     assert printed["inside", "quartz"].friction == pytest.approx(1.27, rel=1e-12)
     assert (printed[...].friction, printed["biotite", "quartz"].friction) == pytest.approx((1.14, 0.81), rel=1e-12)
     assert all(joint.residual_friction == joint.friction for joint in printed.values())
-    assert len(printed) == 9
+    assert len(printed) == len(cracks) == 9
+    assert cracks["quartz", "feldspar"].mode_ii_energy == printed["quartz", "feldspar"].mode_ii_energy == 1450
     run = study.case("as printed", 12, 1)
     low, high = run.specimen.grains.region.bounds
     assert tuple(high - low) == pytest.approx((0.061, 0.137))

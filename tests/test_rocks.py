@@ -250,6 +250,31 @@ def test_what_is_given_beside_a_rock_counts_more(own):
     assert 'cite = ["Me 2026", "You 2025"]' in template(UCS, given)
 
 
+def test_a_pair_of_minerals_may_be_given_in_any_order(own):
+    chosen = configured(UCS, {"rock": {"type": own}, "laws": {"*/mica": {"cohesion": "7 MPa"}}})
+    assert (chosen.law["mica", ...].cohesion, chosen.law["mica", ...].tensile_strength) == (7e6, 4e6)
+    assert set(chosen.law) == {("mica", ...), ...}
+
+
+def test_grains_that_break_in_a_rock_may_be_whole():
+    rock = gl.rocks[PREDICTED]
+    assert rock.specimen(grains=20).grains.is_breakable
+    assert not rock.specimen(grains=20, breakable=False).grains.is_breakable
+    chosen = configured(UCS, {"rock": {"type": PREDICTED}, "sample": {"grains": 20, "breakable": False}})
+    assert not configured(UCS, chosen.sections).specimen.grains.is_breakable
+
+
+def test_phases_of_an_image_may_be_numbers(own, tmp_path):
+    np.save(tmp_path / "section.npy", np.repeat([[1, 2], [3, 4]], 12, axis=0).repeat(12, axis=1))
+    names = {1: "mica", 2: "quartz", 3: "quartz", 4: "quartz"}
+    made = [
+        gl.rocks[own].specimen(file=str(tmp_path / "section.npy"), pixel=1e-3, phases=phases).grains
+        for phases in (names, {str(number): name for number, name in names.items()})
+    ]
+    for grains in made:
+        assert sorted(map(grains.phase_name, grains.phase)) == ["mica", "quartz", "quartz", "quartz"]
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [

@@ -26,6 +26,7 @@ from scipy.spatial import ConvexHull
 
 import grainlaw as gl
 from grainlaw.geometry import block
+from grainlaw.geometry.bodies import side_by_side
 
 BOTH = pytest.mark.parametrize("material", [RIGID, SOFT], ids=["rigid", "deformable"])
 
@@ -183,14 +184,14 @@ def test_free_flight_with_spin_does_not_drift():
 
 
 def test_contacts_born_overlapping_begin_without_force():
-    motion = Motion(together(box(1, 1), box(1, 1, 0.99, 0.3, "other")), faces(30))
+    motion = Motion(side_by_side(box(1, 1), box(1, 1, 0.99, 0.3, "other")), faces(30))
     run = motion.run(0.1, 10)
     assert not motion.state.freedoms.arrays.velocity.any()
     assert run["contacts_normal"] == pytest.approx(0)
 
 
 def test_what_is_born_overlapping_gives_no_energy():
-    motion = Motion(together(box(1, 1), box(1, 1, 0.99, 0.3, "other")), faces(30), velocity=each((1, 0), (0, 0)))
+    motion = Motion(side_by_side(box(1, 1), box(1, 1, 0.99, 0.3, "other")), faces(30), velocity=each((1, 0), (0, 0)))
     run = motion.run(0.2, 40)
     assert run["kinetic"].max() <= float(motion.state.freedoms.books.given[0]) * (1 + 1e-9)
     assert run["kinetic"][-1] > 0.98 * float(motion.state.freedoms.books.given[0])

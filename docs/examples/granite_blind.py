@@ -12,11 +12,15 @@ from red_bohus import words
 from rock_study import asked, at_most_one, markdown, write
 
 import grainlaw as gl
+from grainlaw.laws import CohesiveCrack
 from grainlaw.protocols import UniaxialCompression
 from grainlaw.units import GPa, MPa
 
 ROCK = gl.rocks["granite-aboayanah-2024"]  #: its file has their parameters, and what is assumed
-ENERGIES = {"as printed": 1, "three times 200": 200}  #: factor of the three G_I below 2 J/m2
+CRACKS = "as printed, cohesive cracks"  #: of the same strengths and energies, which make no energy
+ENERGIES = {"as printed": 1, "three times 200": 200, CRACKS: 1}  #: factor of the three G_I below 2 J/m2
+SAME = ("kn", "ks", "tensile_strength", "cohesion", "friction_angle", "residual_friction_angle", "mode_i_energy",
+        "mode_ii_energy")  # fmt: skip
 GRAINS = {3135: 2, 784: 5}  #: numbers of grains, those of the paper and of twice the size, and of specimens
 LABORATORY = {"strength": 198.8, "initiation": 71 / 198.8, "damage": 162.7 / 198.8}  #: MPa, and over the strength
 
@@ -26,7 +30,9 @@ def laws(energies):
 
     def read(joint):
         factor = ENERGIES[energies] if joint.mode_i_energy < 2 else 1
-        return attrs.evolve(joint, mode_i_energy=factor * joint.mode_i_energy)
+        joint = attrs.evolve(joint, mode_i_energy=factor * joint.mode_i_energy)
+        same = {name: getattr(joint, name) for name in SAME}
+        return CohesiveCrack(**same) if energies == CRACKS else joint
 
     return {pair: read(joint) for pair, joint in ROCK.law.items()}
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +14,7 @@ from grainlaw.contact import Laws, each_law
 from grainlaw.engine.model import Model
 from grainlaw.fields import ParameterError, UnitWarning
 from grainlaw.loading import Constant
-from grainlaw.loads import BarEnd, Conduction, Drive, FluidPressure, Heat, Hold, Pressure, Traction
+from grainlaw.loads import BarEnd, BoundaryLoad, Conduction, Drive, FluidPressure, Heat, Hold, Pressure, Traction
 from grainlaw.material import Rigid
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
@@ -23,7 +25,10 @@ OPENING = 0.1  #: of the grain size: the most that a contact usually opens befor
 FELT = 10  #: times what rounding of positions makes of stresses at contacts: least load that comes to rest
 LOADED = (2e-8, 0.05)  #: of the modulus: usual pressures and stresses on boundaries
 THIN = 0.02  #: of the step that most zones allow: one place of the grains makes a run fifty times as long
-SPEED = 0.02  #: of the speed of waves: the fastest usual loading
+FORCES = (Pressure, Traction, Hold)
+JUMP = 0.1  #: of a load: a smaller one between two stages is none
+SUCTION = 1e5  #: Pa: more than that no fluid pulls
+SPEED = 0.005  #: of the speed of waves: the fastest usual loading
 
 
 def warn_of_scales(model: Model, stages: Sequence[Stage]) -> None:
@@ -78,6 +83,30 @@ def warn_of_free(stages: Sequence[Stage]) -> None:
         if words:
             warnings.warn(f"stage '{stage.name}' {words}", stacklevel=4)
         moved = f"'{stage.name}'" if drives else moved if not stage.loads else ""
+
+
+def warn_of_jumps(stages: Sequence[Stage]) -> None:
+    """Warn of a load that is another when a stage begins than it was when the one before ended, as of shocks."""
+    for before, stage in pairwise(stages):
+        held = {drive.boundary for drive in stage.of(Drive)}
+        now = {_place(load): load.at(0.0) for load in stage.of(*FORCES)}
+        for load in before.of(*FORCES):
+            if not isinstance(load.level, float) or load.boundary in held:
+                continue
+            was, then = load.level, now.get(_place(load), 0.0)
+            if abs(then - was) > JUMP * max(abs(was), abs(then)):
+                warnings.warn(
+                    f"stage '{stage.name}': {type(load).__name__} on the boundary {load.boundary} begins with "
+                    f"{then:.4g}, where stage '{before.name}' ends with {was:.4g}: such a jump is a shock; give it "
+                    f"here, too, with start={was:.4g} and a ramp",
+                    stacklevel=4,
+                )
+                return
+
+
+def _place(load: BoundaryLoad) -> tuple[Any, ...]:
+    """Which of the loads of a boundary it is."""
+    return type(load), load.boundary, getattr(load, "axis", None)
 
 
 def refuse_lost_loads(model: Model, stages: Sequence[Stage]) -> None:
@@ -160,6 +189,12 @@ def _levels(model: Model, stages: Sequence[Stage]) -> Iterator[str]:
     low, high = (share * scales(model)[0] for share in LOADED)
     for stage in stages:
         for load in stage.of(Pressure, FluidPressure, Hold, Traction, BarEnd):
+            if isinstance(load, Pressure | FluidPressure) and isinstance(load.level, float) and load.level < -SUCTION:
+                yield (
+                    f"stage '{stage.name}': a pressure of {load.level:.4g} Pa on the boundary {load.boundary} pulls: "
+                    "is the sign right?"
+                )
+                return
             size = load.largest * (max(map(abs, load.stress)) if isinstance(load, Traction) else 1.0)
             if size and not low <= size <= high:
                 yield (
@@ -179,5 +214,5 @@ def _speeds(model: Model, stages: Sequence[Stage]) -> Iterator[str]:
     if speeds and speeds[boundary] > usual:
         yield (
             f"the boundary {boundary} moves at {speeds[boundary]:.4g} m/s, which is unusual: at most "
-            f"{usual:.2g} m/s, {SPEED:.0%} of the speed of waves in this specimen, or it is not loaded as a whole"
+            f"{usual:.2g} m/s, {SPEED:.1%} of the speed of waves in this specimen, or it is not loaded as a whole"
         )

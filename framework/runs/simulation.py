@@ -39,6 +39,7 @@ from grainlaw.runs.plausibility import (
     warn_of_contacts,
     warn_of_free,
     warn_of_idle_laws,
+    warn_of_jumps,
     warn_of_scales,
     warn_of_thin_cell,
 )
@@ -184,6 +185,7 @@ def begun(
     warn_of_contacts(model.specimen, model.laws)
     warn_of_scales(model, stages)
     warn_of_free(stages)
+    warn_of_jumps(stages)
     warn_of_thin_cell(model)
     warn_of_idle_laws(model)
     return state, stages
