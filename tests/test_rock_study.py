@@ -94,6 +94,7 @@ def test_larger_specimens_stand_beside_small_ones(example):
     class Table:
         def __init__(self, rows):
             self.rows, self.columns = rows, ("strength",)
+            self.costs = [{"cpu": 5.0 if row["cells"] == 5 else 2.0} for row in rows]
 
         def where(self, count):
             return Table([row for row in self.rows if row["count"] == count])
@@ -111,6 +112,7 @@ def test_larger_specimens_stand_beside_small_ones(example):
     lines = study.size_table(Table(list(sizes.design))).splitlines()
     assert lines[2].startswith("| UCS (MPa) | 40 | 101 ± 13 | **-10 % (-10 to -10)** | +0 % (+0 to +0) |")
     assert lines[3].startswith("| UCS (MPa) | 90 | 90 ± 0 | **-20 % (-20 to -20)** |")
+    assert lines[-1].startswith("| CPU time of the four tests (s) | 90 | 8 | 2.5 times | 1 times |")
 
 
 def test_tables_go_between_their_marks(example, tmp_path):

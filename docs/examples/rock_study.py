@@ -264,8 +264,20 @@ def size_table(table, names=("UCS", "tension", "40 MPa", "slope", "CI", "CD cyli
         for factor, levels in FACTORS.items():
             others = {other: usual for other, usual in PLAIN.items() if other != factor}
             rows[-1].append(shown(name, *effect(found, name, factor, levels[0], levels[-1], **others)))
+    for size in of_size:
+        even, *each = (seconds(table, size, PLAIN | more) for more in ({}, *({f: of[-1]} for f, of in FACTORS.items())))
+        rows.append(
+            ["CPU time of the four tests (s)", f"{size:,}", f"{even:.3g}", *(f"{t / even:.2g} times" for t in each)]
+        )
     heads = [words_of_change(factor, levels[0], levels[-1]) for factor, levels in FACTORS.items()]
     return markdown(["", "grains", "even grains", *heads], rows)
+
+
+def seconds(table, size, levels):
+    """Of the tests of one specimen of this size with these levels, in the mean."""
+    asked = {"count": size, **levels}
+    rows = [k for k, row in enumerate(table.rows) if all(row[name] == of for name, of in asked.items())]
+    return sum(table.costs[k]["cpu"] for k in rows) / len(table.levels("seed"))
 
 
 COMBINED = {  #: rows of their own
