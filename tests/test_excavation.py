@@ -12,6 +12,7 @@ import grainlaw as gl
 from grainlaw.geometry import Graded, Laguerre, Voronoi, plate_with_hole, polygon, rectangle
 from grainlaw.laws import Linear
 from grainlaw.protocols import Excavation
+from grainlaw.units import mm
 
 STIFF = Linear(kn=1e15, ks=1e15)
 PLATE = gl.Specimen(Voronoi(grains=60, seed=1).tessellate(plate_with_hole(0.1, 0.1, 0.02)), ROCK)
@@ -110,6 +111,16 @@ def test_a_specimen_without_an_opening_is_refused():
         gl.ParameterError, match="opening = 'top' is not allowed, it must be the rim of a hole in the spec"
     ):
         Excavation(opening="top").stages(PLATE)
+
+
+def test_corners_of_an_opening_that_graze_each_other_leave_a_static_solution():
+    hole = [(x * 5 * mm, y * 5 * mm) for x, y in ((-1, -1), (-1, 1), (1, 1), (1, -1))]
+    outline = [(x * 25 * mm, y * 25 * mm) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    region = polygon(outline, "side", holes={"hole": hole})
+    specimen = gl.Specimen(Voronoi(grains=40, seed=1).tessellate(region), ROCK)
+    found = gl.simulate(specimen, Linear(kn=1e14, ks=5e13), Excavation(xx=-10e6, yy=-20e6, release=2e-4))
+    assert "without_static_solution" not in found.summary
+    assert found.summary["closure_y"] > found.summary["closure_x"] > 0
 
 
 def test_two_holes_of_one_name_are_refused():

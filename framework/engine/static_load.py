@@ -35,7 +35,7 @@ def bring_under_load(state: State, stage: Stage, stability: StableStep) -> bool:
     start, time_step, broken, weight = state.save(), state.time_step, _broken(state), state.gravity.arrays
     try:
         with np.errstate(all="ignore"):
-            done = _load(state, stage, stability) and _broken(state) == broken and not _rubs(state)
+            done = _load(state, stage, stability) and _broken(state) == broken and not _rubs(state, _largest(state))
     except OverlapError:
         done = False
     if not done:
@@ -50,9 +50,22 @@ def bring_under_load(state: State, stage: Stage, stability: StableStep) -> bool:
     return True
 
 
-def _rubs(state: State) -> bool:
-    """Whether faces without a bond are pressed together; to be near is none."""
-    return bool((state.contacts.arrays.length > 0).any())
+def _rubs(state: State, largest: float = 0.0) -> bool:
+    """Whether faces without a bond are pressed together; to be near is none.
+
+    What is nothing beside the ``largest`` force (N), as at the corners of an opening, does not count.
+    """
+    arrays = state.contacts.arrays
+    pressed = arrays.length > 0
+    force = np.hypot(arrays.normal, arrays.shear) * arrays.length if largest and pressed.any() else pressed
+    return bool((force > BALANCED * largest).any())
+
+
+def _largest(state: State) -> float:
+    """N, the largest force on a bond, or on a node where there is none."""
+    if not len(state.bonds):
+        return float(np.hypot(*state.nodes.arrays.force).max())
+    return float((np.hypot(state.normal, state.shear) * state.contact_lengths).max())
 
 
 def _broken(state: State) -> int:
@@ -80,9 +93,7 @@ def _load(state: State, stage: Stage, stability: StableStep) -> bool:
             whole = sum((f.mass * d * (np.sum(d * f.force) / np.sum(f.mass * d**2)) for d in drifts), 0 * f.force)
             force = carry.T @ state.grains.flat(f.force - whole)
             force[: len(state.platens)] = state.platens.arrays.force[0]
-            on_nodes = np.hypot(*state.nodes.arrays.force) if not len(state.bonds) else np.zeros(0)
-            on_bonds = np.hypot(state.normal, state.shear) * state.contact_lengths
-            largest = float(np.max(np.append(on_bonds, on_nodes)))
+            largest = _largest(state)
             if np.abs(force).max() <= BALANCED * largest and np.abs(whole[:2]).max() <= UNHELD * largest:
                 state.restore(there)
                 break
