@@ -151,7 +151,10 @@ def keys_of_bonds(specimen: Specimen, laws: Mapping[Any, ContactLaw]) -> np.ndar
         where = "" if kind == 0 else f" ({grains.kinds[kind]})"
         phases = sorted(grains.phase[mesh.interface_grains[lacking]].tolist())
         pair = " and ".join(map(grains.phase_name, phases))
-        cut = "; beside joints they are cuts of whole blocks: tie them by Specimen(..., tied=['between'])"
+        cut = (
+            "; give one for them (...: law), or, where beside joints they are cuts of whole blocks, tie them by "
+            "Specimen(..., tied=['between'])"
+        )
         raise ParameterError(
             f"law: no law is given for contacts between the phases {pair}{where}"
             f"{cut if grains.joints and kind == 0 and phases[0] == phases[1] else ''}"

@@ -511,6 +511,23 @@ def test_a_factor_with_the_name_of_a_result_is_refused_after_the_first_case(tmp_
         table["strength"]
 
 
+@pytest.mark.parametrize(
+    ("names", "unit", "words"),
+    [
+        (["strength"], "MPa", "the name 'strength' is not allowed, it is that of a property of tests"),
+        (["bounce", "bounce"], "MPa", "the name 'bounce' is not allowed, two measures have it"),
+        (["bounce"], "MPaa", "unit = 'MPaa' is not allowed"),
+    ],
+)
+def test_measures_that_cannot_be_recorded_are_refused_before_anything_is_run(names, unit, words):
+    def made(name):
+        fields = {"name": name, "unit": unit, "meaning": "of a test", "needs": [], "find": lambda _, laboratory: 1.0}
+        return type("Own", (gl.Measure,), fields)()
+
+    with pytest.raises(gl.ParameterError, match=words):
+        gl.Study(lambda x: x, measures=[made(name) for name in names], x=[1.0])
+
+
 def test_a_factor_with_the_name_of_a_measure_is_refused_before_anything_is_run():
     with pytest.raises(gl.ParameterError, match="may not be called 'b_value', a measure has this name"):
         gl.Study(named_like_a_measure, b_value=[1])

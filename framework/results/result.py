@@ -329,7 +329,10 @@ class Result(metaclass=Checked):
         if path.is_dir():
             path /= RESULT
             if not path.exists():
-                raise ParameterError(f"Result.load: {file} has no {RESULT}, which grainlaw test writes at its end")
+                raise ParameterError(
+                    f"Result.load: {file} has no {RESULT}, which grainlaw test writes at its end; of a checkpoint= "
+                    "simulate(..., restart=True) gives the result, and save() keeps it"
+                )
         return from_bytes(path.read_bytes(), str(path))
 
     def write_vtk(self, folder: str | os.PathLike[str]) -> None:

@@ -18,6 +18,7 @@ import attrs
 import cloudpickle
 
 from grainlaw.arguments import Checked, checked
+from grainlaw.columns import SHARED
 from grainlaw.compiler.cache import is_portable
 from grainlaw.engine.device import Gpu
 from grainlaw.engine.thread_count import cores
@@ -81,6 +82,7 @@ class Study(metaclass=Checked):
         check_signature(case, self.design.names)
         self.case = case
         self.measures = tuple(MEASURES.values() if measures is None else measures)
+        _check_measures(self.measures)
         if taken := {measure.name for measure in self.measures} & set(self.design.names):
             raise ParameterError(
                 f"Study: a factor may not be called '{min(taken)}', a measure has this name; rename the factor"
@@ -302,6 +304,17 @@ def read_study(folder: Folder) -> Table:
         return [(each is not None, isinstance(each, str), 0 if each is None else each) for each in levels]
 
     return Table(sorted(rows, key=place), names, store)
+
+
+def _check_measures(measures: Sequence[Measure]) -> None:
+    """Raise :class:`ParameterError` for a unit that is none, and a name that another measure or a test has."""
+    names: set[str] = set()
+    for measure in measures:
+        name = measure.quantity.name
+        if name in names or (name in SHARED and name not in MEASURES):
+            other = "two measures have it" if name in names else "it is that of a property of tests"
+            raise ParameterError(f"Study: measures: the name '{name}' is not allowed, {other}")
+        names.add(name)
 
 
 def _word(name: str, recorded: Any, given: str) -> bytes:
