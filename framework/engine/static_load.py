@@ -90,7 +90,7 @@ def _load(state: State, stage: Stage, stability: StableStep) -> bool:
             state.gravity.raise_to(weight, state.time_step)
             there = state.save()
             _step(state, coasting, np.zeros_like(velocity))  # finds the forces where the first has moved it
-            whole = sum((f.mass * d * (np.sum(d * f.force) / np.sum(f.mass * d**2)) for d in drifts), 0 * f.force)
+            whole = _on_the_whole(state, drifts)
             force = carry.T @ state.grains.flat(f.force - whole)
             force[: len(state.platens)] = state.platens.arrays.force[0]
             largest = _largest(state)
@@ -119,6 +119,15 @@ def _drifts(state: State) -> list[np.ndarray]:
         x, y = (state.mesh.nodes - np.average(state.mesh.nodes, axis=0, weights=state.specimen.node_masses)).T
         fields.append(np.stack([-y, x]))
     return [state.grains.field(field, state.freedoms, state.mesh.nodes) for field in fields]
+
+
+def _on_the_whole(state: State, drifts: list[np.ndarray]) -> np.ndarray:
+    """(r, n) N, of the forces on the freedoms those that move the specimen as a whole, by its ``drifts``."""
+    f = state.freedoms.arrays
+    whole = np.zeros_like(f.force)
+    for drift in drifts:
+        whole += f.mass * drift * (np.sum(drift * f.force) / np.sum(f.mass * drift**2))
+    return whole
 
 
 def _step(state: State, coasting: Compiled, velocity: np.ndarray) -> None:
