@@ -77,7 +77,8 @@ def test_two_keys_of_one_rank_are_refused_where_a_contact_has_both(laws, says):
 def test_cuts_beside_joints_say_how_they_become_whole():
     edges = wall([0, 0, 0, 0], names=()).edges
     joint = np.column_stack([edges.start, edges.end])[edges.right == 1]
-    with pytest.raises(gl.ParameterError, match=r"phases 0 and 0; beside joints .* tie them by .*tied=\['between'\]"):
+    words = r"phases 0 and 0; give one .* beside joints .* tie them by .*tied=\['between'\]"
+    with pytest.raises(gl.ParameterError, match=words):
         laws_between(wall([0, 0, 0, 0], names=(), joints={"bedding": joint}), {"bedding": A})
 
 
