@@ -44,7 +44,7 @@ def key_between(keys: Container[Any], one: Names, other: Names, kind: str, where
     found: list[list[Any]] = [[key for key in dict.fromkeys(rank) if key in keys] for rank in ranks]
     first = next(filter(None, found), [None])
     if where and len(first) > 1:
-        a, b = (str(first[k]).replace("Ellipsis", "...") for k in (0, 1))
+        a, b = map(_written, first[:2])
         pair = f"('{one[-1]}', '{other[-1]}')" if one != other else f"'{one[-1]}'"
         raise ParameterError(
             f"{where}: {a} and {b} are both for contacts of {pair}: leave one away, or give a key for it"
@@ -63,6 +63,11 @@ def words_of(key: Any) -> str:
     return "elsewhere" if key is ... or isinstance(key, tuple) else "inside grains" if key == "inside" else str(key)
 
 
+def _written(key: Any) -> str:
+    """A key as one writes it in Python."""
+    return repr(key).replace("Ellipsis", "...")
+
+
 def check_known(where: str, keys: Iterable[Any], grains: Tessellation) -> None:
     """Raise :class:`ParameterError` for a key of a phase (by name or number) or joint that the grains do not have."""
     kinds = {*grains.kinds}
@@ -70,13 +75,13 @@ def check_known(where: str, keys: Iterable[Any], grains: Tessellation) -> None:
         phases = [part for part in key if part not in ("inside", ...)] if isinstance(key, tuple) else []
         if None in map(grains.phase_number, phases) or (isinstance(key, str) and key not in kinds):
             names, joints = grains.known_phases, ", ".join(grains.joints) or "none"
-            shown = repr(key).replace("Ellipsis", "...")
             known = [*grains.phase_names, *grains.joints]
             unknown = [str(part) for part in phases or [key] if part not in known]
             near = next(filter(None, (nearest(part, known) for part in unknown)), "")
             star = "; any other is ... in Python, as in ('mica', ...)" if "*" in key else ""
             raise ParameterError(
-                f"{where}: {shown} names what the grains do not have{near} (phases: {names}; joints: {joints}){star}"
+                f"{where}: {_written(key)} names what the grains do not have{near} (phases: {names}; joints: {joints})"
+                f"{star}"
             )
 
 

@@ -78,6 +78,11 @@ def near_sides(start: np.ndarray, end: np.ndarray) -> np.ndarray:
     return np.unique(np.column_stack([i, j])[near], axis=0).T
 
 
+def boxes(points: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(g, 2) lower left and upper right corner of the upright box round each polygon."""
+    return np.minimum.reduceat(points, first[:-1]), np.maximum.reduceat(points, first[:-1])
+
+
 PAIRS = 200_000  #: of convex polygons whose sides are compared at a time
 
 
@@ -87,7 +92,7 @@ def overlaps(points: np.ndarray, first: np.ndarray, one: np.ndarray, other: np.n
     Corners ``points`` lie in a row, counter-clockwise, ``first[g]:first[g + 1]``. It is the shortest way along the
     normal of a side by which they part.
     """
-    low, high = (of.reduceat(points, first[:-1]) for of in (np.minimum, np.maximum))
+    low, high = boxes(points, first)
     depth = np.minimum(high[one] - low[other], high[other] - low[one]).min(axis=1)
     near = np.flatnonzero(depth > 0)
     for some in np.array_split(near, 1 + len(near) // PAIRS):

@@ -12,7 +12,7 @@ import numpy as np
 
 from grainlaw.arguments import Checked, fits, wanted
 from grainlaw.messages import refusal
-from grainlaw.polygon import areas_and_centroids, cross, following, near_sides, overlaps
+from grainlaw.polygon import areas_and_centroids, boxes, cross, following, near_sides, overlaps
 from grainlaw.region import ROUNDING, Region, array_field
 from grainlaw.short_form import rounded
 
@@ -283,15 +283,13 @@ class Tessellation(metaclass=Checked):
         if not (self.bodies or self.loose.any()):
             return None
         points = self.vertices[self.corners]
-        low, high = (of.reduceat(points, self.first[:-1]) for of in (np.minimum, np.maximum))
-        one, other = near_sides(low, high)
+        one, other = near_sides(*boxes(points, self.first))  # their diagonals
         free = (self.body[one] != self.body[other]) | self.loose[one] | self.loose[other]
         one, other = one[free], other[free]
         depth = overlaps(points, self.first, one, other)
-        deep = depth > ROUNDING * abs(points).max()
-        if not deep.any():
+        k = int(depth.argmax()) if len(depth) else 0
+        if not len(depth) or depth[k] <= ROUNDING * abs(points).max():
             return None
-        k = int(np.where(deep, depth, 0).argmax())
         return int(one[k]), int(other[k]), float(depth[k])
 
     def _check_area(self, region: Region, mine: np.ndarray, which: str) -> None:

@@ -96,8 +96,8 @@ def test_larger_specimens_stand_beside_small_ones(example):
             self.rows, self.columns = rows, ("strength",)
             self.costs = [{"cpu": 5.0 if row["cells"] == 5 else 2.0} for row in rows]
 
-        def where(self, count):
-            return Table([row for row in self.rows if row["count"] == count])
+        def where(self, **levels):
+            return Table([row for row in self.rows if all(row[name] == of for name, of in levels.items())])
 
         def levels(self, factor):
             return list(dict.fromkeys(row[factor] for row in self.rows))

@@ -254,6 +254,8 @@ def test_a_pair_of_minerals_may_be_given_in_any_order(own):
     chosen = configured(UCS, {"rock": {"type": own}, "laws": {"*/mica": {"cohesion": "7 MPa"}}})
     assert (chosen.law["mica", ...].cohesion, chosen.law["mica", ...].tensile_strength) == (7e6, 4e6)
     assert set(chosen.law) == {("mica", ...), ...}
+    both = {"*/mica": {"cohesion": "21 MPa"}, "mica/*": {"cohesion": "22 MPa"}}
+    assert len(configured(UCS, {"rock": {"type": own}, "laws": both}).law) == 3  # neither is lost: a run refuses both
 
 
 def test_grains_that_break_in_a_rock_may_be_whole():

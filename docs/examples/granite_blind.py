@@ -31,8 +31,7 @@ def laws(energies):
     def read(joint):
         factor = ENERGIES[energies] if joint.mode_i_energy < 2 else 1
         joint = attrs.evolve(joint, mode_i_energy=factor * joint.mode_i_energy)
-        same = {name: getattr(joint, name) for name in SAME}
-        return CohesiveCrack(**same) if energies == CRACKS else joint
+        return CohesiveCrack(**{name: getattr(joint, name) for name in SAME}) if energies == CRACKS else joint
 
     return {pair: read(joint) for pair, joint in ROCK.law.items()}
 

@@ -275,9 +275,8 @@ def size_table(table, names=("UCS", "tension", "40 MPa", "slope", "CI", "CD cyli
 
 def seconds(table, size, levels):
     """Of the tests of one specimen of this size with these levels, in the mean."""
-    asked = {"count": size, **levels}
-    rows = [k for k, row in enumerate(table.rows) if all(row[name] == of for name, of in asked.items())]
-    return sum(table.costs[k]["cpu"] for k in rows) / len(table.levels("seed"))
+    of = table.where(count=size, **levels)
+    return sum(cost["cpu"] for cost in of.costs) / len(of.levels("seed"))
 
 
 COMBINED = {  #: rows of their own

@@ -93,14 +93,14 @@ def _laws(law: dict[str, Any], laws: dict[str, Any], given: Sections) -> Section
         if "type" in entry:
             entry["type"] = law_class(entry["type"])
     laws = {**laws, **tables}
-    over = {_as_in(laws, key): entry for key, entry in given["laws"].items()}
+    over = {_as_in(laws, key, given["laws"]): entry for key, entry in given["laws"].items()}
     return {"law": {**law, **given["law"], "type": cls}, "laws": _over(laws, over)}
 
 
-def _as_in(laws: Mapping[str, Any], key: str) -> str:
-    """The key of a pair in the order in which the rock has it."""
+def _as_in(laws: Mapping[str, Any], key: str, given: Mapping[str, Any]) -> str:
+    """The key of a pair in the order in which the rock has it; where both are given they stay, and are refused."""
     turned = "/".join(reversed(key.split("/")))
-    return turned if turned in laws else key
+    return turned if turned in laws and turned not in given else key
 
 
 def law_class(name: Any) -> Any:

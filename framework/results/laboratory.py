@@ -65,6 +65,7 @@ def mean_stress(result: Result, window: Window, frame: int = -1) -> np.ndarray:
 def _listed(measures: Sequence[Measure]) -> tuple[Measure, ...]:
     if not fits(measures, Sequence):
         raise refusal("Laboratory: measures", measures, "a list of Measures")
+    check_measures("Laboratory", measures)
     return tuple(measures)
 
 
@@ -81,7 +82,7 @@ class Laboratory(metaclass=Checked):
     """
 
     result: Result = attrs.field(validator=_is_result)  #: of the test; or a curve that was measured
-    measures: Sequence[Measure] = attrs.field(converter=_listed, validator=check_measures)  #: what is found
+    measures: Sequence[Measure] = attrs.field(converter=_listed)  #: what is found
     _values: dict[str, float] = attrs.field(factory=dict, init=False, repr=False)
 
     @measures.default

@@ -100,14 +100,14 @@ class Measure(metaclass=Checked):
         return ""
 
 
-def check_measures(laboratory: Laboratory, attribute: object, measures: Sequence[Measure]) -> None:
+def check_measures(where: str, measures: Sequence[Measure]) -> None:
     """Raise :class:`ParameterError` for an object that is not a measure, and for two measures of one name."""
     for measure in measures:
         if not isinstance(measure, Measure):
-            raise ParameterError(f"Laboratory: measures: {short(measure)} is not allowed, it must be a Measure")
+            raise ParameterError(f"{where}: measures: {short(measure)} is not allowed, it must be a Measure")
     names = [measure.name for measure in measures]
     if twice := [name for name in names if names.count(name) > 1]:
-        raise ParameterError(f"Laboratory: measures: two are named {twice[0]!r}, each must have a name of its own")
+        raise ParameterError(f"{where}: measures: two are named {twice[0]!r}, each must have a name of its own")
 
 
 def lacks_frames(measure: Measure, laboratory: Laboratory) -> bool:

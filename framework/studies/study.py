@@ -9,7 +9,7 @@ import os
 import sys
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,7 @@ from grainlaw.engine.thread_count import cores
 from grainlaw.fields import ParameterError, checked_whole_number
 from grainlaw.messages import refusal, short
 from grainlaw.protocol import stages_of
-from grainlaw.results.measure import Measure
+from grainlaw.results.measure import Measure, check_measures
 from grainlaw.results.result import Result
 from grainlaw.results.standard_measures import MEASURES
 from grainlaw.runs.estimate import CostWarning
@@ -82,11 +82,7 @@ class Study(metaclass=Checked):
         check_signature(case, self.design.names)
         self.case = case
         self.measures = tuple(MEASURES.values() if measures is None else measures)
-        _check_measures(self.measures)
-        if taken := {measure.name for measure in self.measures} & set(self.design.names):
-            raise ParameterError(
-                f"Study: a factor may not be called '{min(taken)}', a measure has this name; rename the factor"
-            )
+        _check_measures(self.measures, self.design.names)
 
     def __len__(self) -> int:
         return len(self.design)
@@ -306,15 +302,18 @@ def read_study(folder: Folder) -> Table:
     return Table(sorted(rows, key=place), names, store)
 
 
-def _check_measures(measures: Sequence[Measure]) -> None:
-    """Raise :class:`ParameterError` for a unit that is none, and a name that another measure or a test has."""
-    names: set[str] = set()
-    for measure in measures:
-        name = measure.quantity.name
-        if name in names or (name in SHARED and name not in MEASURES):
-            other = "two measures have it" if name in names else "it is that of a property of tests"
-            raise ParameterError(f"Study: measures: the name '{name}' is not allowed, {other}")
-        names.add(name)
+def _check_measures(measures: Sequence[Measure], factors: Iterable[str]) -> None:
+    """Raise :class:`ParameterError` for a unit that is none, and for a name that another, a test or a factor has."""
+    check_measures("Study", measures)
+    names = {measure.quantity.name for measure in measures}
+    if taken := (names - {*MEASURES}) & {*SHARED}:
+        raise ParameterError(
+            f"Study: measures: the name '{min(taken)}' is not allowed, it is that of a property of tests"
+        )
+    if taken := names & {*factors}:
+        raise ParameterError(
+            f"Study: a factor may not be called '{min(taken)}', a measure has this name; rename the factor"
+        )
 
 
 def _word(name: str, recorded: Any, given: str) -> bytes:

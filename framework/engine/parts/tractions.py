@@ -62,13 +62,12 @@ class Tractions(PointForces):
 
     def begin(self, imposed: Imposed, at: Moment) -> None:
         mesh, tractions = self._mesh, imposed.of(Traction)
-        edges = [mesh.boundary_edges[traction.boundary] for traction in tractions]
+        each = [mesh.boundary_edges[traction.boundary] for traction in tractions]
         column = np.array([imposed.column(traction) for traction in tractions], dtype=np.int64)
-        of = np.repeat(np.arange(len(edges)), [2 * len(each) for each in edges])
-        ends = np.repeat(np.concatenate([np.zeros((0, 2), dtype=np.int64), *edges]), 2, axis=0)
-        node = np.where(np.arange(len(ends)) % 2 == 0, ends[:, 0], ends[:, 1])
-        order = np.argsort(node, kind="stable")
-        of, (first, last), node = of[order], ends[order].T, node[order]
+        edges = np.concatenate([np.zeros((0, 2), dtype=np.int64), *each])
+        order = np.argsort(edges.ravel(), kind="stable")  # of both ends of each edge
+        of = np.repeat(np.arange(len(each)), [len(some) for some in each])[order // 2]
+        (first, last), node = edges[order // 2].T, edges.ravel()[order]
         along, count = (mesh.nodes[last] - mesh.nodes[first]).T, len(node)
         xx, yy, xy = np.array([one.stress for one in tractions]).reshape(-1, 3)[of].T
         self.arrays = TractionArrays(
