@@ -165,6 +165,7 @@ def test_bricks_have_minerals_too():
         ({"laws__insight": {"cohesion": 25e6}}, "'insight' names what the grains do not have"),
         ({"laws__quartz/mika": {"cohesion": 25e6}}, r"\('quartz', 'mika'\) names what the grains do not have"),
         ({"laws__a/b/c": {"cohesion": 25e6}}, "the key 'a/b/c' is not allowed"),
+        ({"laws__mica/...": {"cohesion": 25e6}}, r"the key 'mica/\.\.\.' is not allowed, .* quartz/\*"),
         ({"laws__inside": {"cohesive": 1e6}}, "there is no 'laws.inside.cohesive'"),
         ({"laws__inside": {"type": "my.py:LAW"}}, "a law of a file must be that of law.type"),
     ],

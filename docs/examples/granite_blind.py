@@ -1,4 +1,4 @@
-"""A granite predicted from the parameters of others: python docs/examples/granite_blind.py [--seeds 2 5] [--write]
+"""A granite predicted from the parameters of others: python docs/examples/granite_blind.py [--seeds 2 5 10] [--write]
 
 Aboayanah and others 2024 (doi:10.1007/s00603-024-03789-7) model a granite of breakable grains by the combined
 finite-discrete element method. Their parameters of minerals and boundaries, its joint element and our loading predict
@@ -21,7 +21,8 @@ CRACKS = "as printed, cohesive cracks"  #: of the same strengths and energies, w
 ENERGIES = {"as printed": 1, "three times 200": 200, CRACKS: 1}  #: factor of the three G_I below 2 J/m2
 SAME = ("kn", "ks", "tensile_strength", "cohesion", "friction_angle", "residual_friction_angle", "mode_i_energy",
         "mode_ii_energy")  # fmt: skip
-GRAINS = {3135: 2, 784: 5}  #: numbers of grains, those of the paper and of twice the size, and of specimens
+#: numbers of grains, those of the paper and of twice and four times the size, and of specimens
+GRAINS = {3135: 2, 784: 5, 196: 10}
 LABORATORY = {"strength": 198.8, "initiation": 71 / 198.8, "damage": 162.7 / 198.8}  #: MPa, and over the strength
 
 
@@ -59,7 +60,7 @@ def table_of(tables):
 
 
 def main():
-    seeds = {"nargs": 2, "default": list(GRAINS.values()), "help": "of 3,135, of 784 grains"}
+    seeds = {"nargs": 3, "default": list(GRAINS.values()), "help": "of 3,135, of 784, of 196 grains"}
     given = asked(__doc__, "granite-blind", seeds=seeds)
     tables = {}
     for grains, seeds in reversed([*zip(GRAINS, given.seeds, strict=True)]):

@@ -163,7 +163,7 @@ def table_of(entry: Any, where: str) -> dict[str, Any]:
 def edge_key(text: str, where: str = "laws") -> Any:
     """A key of edges: ``quartz/mica`` between minerals, ``quartz/*`` with any other, ``inside/quartz``, a joint."""
     parts = [... if part == "*" else part for part in text.split("/")]
-    if len(parts) > 2 or "" in parts:
+    if len(parts) > 2 or "" in parts or "..." in parts:
         raise ParameterError(
             f"{where}: the key '{text}' is not allowed, it must be like quartz/mica, quartz/* or inside"
         )
