@@ -509,6 +509,16 @@ def enclosed_area(nodes: np.ndarray, edges: np.ndarray, displacement: np.ndarray
     return max(0.0, -float(around.sum()) / 2)
 
 
+def require_hole(where: str, specimen: Specimen, opening: str) -> None:
+    """Raise :class:`ParameterError` unless the boundary is the rim of one hole."""
+    specimen.mesh.require_boundaries(where, opening)
+    if not enclosed_area(specimen.mesh.nodes, specimen.mesh.boundary_edges[opening]):
+        raise refusal(f"{where}: opening", opening, "the rim of a hole in the specimen")
+    rims = [hole for region in specimen.grains.regions for hole in region.hole_sides if opening in hole]
+    if len(rims) > 1:
+        raise refusal(f"{where}: opening", opening, f"the rim of one hole; {len(rims)} have this name")
+
+
 @attrs.frozen(kw_only=True)
 class Gravity(Load):
     """The weight of all grains."""

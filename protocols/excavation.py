@@ -14,8 +14,7 @@ from grainlaw.conditions import AtRest, Curves
 from grainlaw.engine.state import State
 from grainlaw.fields import IN_SITU, optional, parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator
-from grainlaw.loads import Drive, Traction, enclosed_area
-from grainlaw.messages import refusal
+from grainlaw.loads import Drive, Traction, require_hole
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
@@ -62,13 +61,7 @@ class Excavation(LoadingProtocol):
     panels = (Panel(TIME, ["width", "height"], "change of the size of the opening"),)
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
-        specimen.mesh.require_boundaries("Excavation", self.opening)
-        mesh = specimen.mesh
-        if not enclosed_area(mesh.nodes, mesh.boundary_edges[self.opening]):
-            raise refusal("Excavation: opening", self.opening, "the rim of a hole in the specimen")
-        rims = [hole for region in specimen.grains.regions for hole in region.hole_sides if self.opening in hole]
-        if len(rims) > 1:
-            raise refusal("Excavation: opening", self.opening, f"the rim of one hole; {len(rims)} have this name")
+        require_hole("Excavation", specimen, self.opening)
         sides = [name for name in specimen.mesh.boundaries if name != self.opening]
         slowly = PASSAGES * specimen.longest_passage or RIGID
         release = self.release or slowly

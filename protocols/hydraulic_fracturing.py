@@ -13,7 +13,7 @@ from grainlaw.conditions import AtRest, Curves, FailsTo, Reaches
 from grainlaw.engine.state import State
 from grainlaw.fields import IN_SITU, parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator
-from grainlaw.loads import Injection, Traction
+from grainlaw.loads import Injection, Traction, require_hole
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
@@ -67,7 +67,7 @@ class HydraulicFracturing(LoadingProtocol):
     )  # fmt: skip
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
-        specimen.mesh.require_boundaries("HydraulicFracturing", self.opening)
+        require_hole("HydraulicFracturing", specimen, self.opening)
         sides = [name for name in specimen.mesh.boundaries if name != self.opening]
         time = self.largest_volume / self.rate
         far = [Traction(boundary=name, stress=(self.xx, self.yy, self.xy)) for name in sides]

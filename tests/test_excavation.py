@@ -11,7 +11,7 @@ from bars import ROCK
 import grainlaw as gl
 from grainlaw.geometry import Graded, Laguerre, Voronoi, plate_with_hole, polygon, rectangle
 from grainlaw.laws import Linear
-from grainlaw.protocols import Excavation
+from grainlaw.protocols import Excavation, HydraulicFracturing
 from grainlaw.units import mm
 
 STIFF = Linear(kn=1e15, ks=1e15)
@@ -103,14 +103,15 @@ def test_sizes_of_a_plate_are_checked(sizes):
         plate_with_hole(*sizes)
 
 
-def test_a_specimen_without_an_opening_is_refused():
+@pytest.mark.parametrize("test", [Excavation, HydraulicFracturing])
+def test_a_specimen_without_an_opening_is_refused(test):
     full = gl.Specimen(Voronoi(grains=10, seed=1).tessellate(rectangle(0.1, 0.1)), ROCK)
-    with pytest.raises(gl.ParameterError, match="Excavation: the specimen has no boundary named hole"):
-        gl.simulate(full, STIFF, Excavation())
+    with pytest.raises(gl.ParameterError, match=f"{test.__name__}: the specimen has no boundary named hole"):
+        gl.simulate(full, STIFF, test())
     with pytest.raises(
         gl.ParameterError, match="opening = 'top' is not allowed, it must be the rim of a hole in the spec"
     ):
-        Excavation(opening="top").stages(PLATE)
+        test(opening="top").stages(PLATE)
 
 
 def test_corners_of_an_opening_that_graze_each_other_leave_a_static_solution():
@@ -123,7 +124,8 @@ def test_corners_of_an_opening_that_graze_each_other_leave_a_static_solution():
     assert found.summary["closure_y"] > found.summary["closure_x"] > 0
 
 
-def test_two_holes_of_one_name_are_refused():
+@pytest.mark.parametrize("test", [Excavation, HydraulicFracturing])
+def test_two_holes_of_one_name_are_refused(test):
     """Their closure would be that of neither."""
     holes = {str(x): [(x, 1), (x, 2), (x + 1, 2), (x + 1, 1)] for x in (2, 5)}
     region = polygon([(0, 0), (9, 0), (9, 4), (0, 4)], "side", holes=holes)
@@ -132,7 +134,7 @@ def test_two_holes_of_one_name_are_refused():
     with pytest.raises(
         gl.ParameterError, match="opening = 'hole' is not allowed, it must be the rim of one hole; 2 have"
     ):
-        Excavation().stages(specimen)
+        test().stages(specimen)
 
 
 def test_edges_of_a_rim_that_are_near_each_other_are_no_contact():
