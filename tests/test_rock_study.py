@@ -84,35 +84,55 @@ def test_effects_are_means_over_the_seeds_of_what_is_paired(made):
     assert "| UCS (MPa) | 100 ± 0 | 200 ± 0 |" in study.combinations_table(found)
 
 
+class Table:
+    """UCS of even grains is 100, 102 MPa by seed and 90 of the larger; cells take 10 and 20 %, 30 deg add 50 %."""
+
+    def __init__(self, rows):
+        self.rows, self.columns, self.failed = list(rows), ("strength",), []
+        self.costs = [{"cpu": 5.0 if row["cells"] == 5 else 2.0} for row in self.rows]
+
+    def __len__(self):
+        return len(self.rows)
+
+    def where(self, **levels):
+        return Table([row for row in self.rows if all(row[name] == of for name, of in levels.items())])
+
+    def levels(self, factor):
+        return list(dict.fromkeys(row[factor] for row in self.rows))
+
+    def __getitem__(self, column):
+        cells = np.array([row["cells"] == 5 for row in self.rows])
+        load = np.array([{"10 MPa": 2.0, "40 MPa": 3.0}.get(row["load"], 1.0) for row in self.rows])
+        even = np.array([90.0 if row["count"] == 90 else 98 + 2 * row["seed"] for row in self.rows])
+        even = even * np.array([1.5 if row["residual"] == 30 else 1.0 for row in self.rows])
+        less = np.array([0.8 if row["count"] == 90 else 0.9 for row in self.rows])
+        return 1e6 * load * np.where(cells, less * even, even) if column == "strength" else np.ones(len(cells))
+
+
 def test_larger_specimens_stand_beside_small_ones(example):
-    """UCS of even grains is 100 and 102 MPa by seed and 90 of the larger; cells take 10 and 20 % of it, alone."""
     study = example("rock_study")
     sizes = study.size_study([40, 90], 2)
     assert len(sizes) == 6 * 4 * 2 * 2
     assert len(study.size_study([90, 90], 2)) == 6 * 4 * 2
-
-    class Table:
-        def __init__(self, rows):
-            self.rows, self.columns = rows, ("strength",)
-            self.costs = [{"cpu": 5.0 if row["cells"] == 5 else 2.0} for row in rows]
-
-        def where(self, **levels):
-            return Table([row for row in self.rows if all(row[name] == of for name, of in levels.items())])
-
-        def levels(self, factor):
-            return list(dict.fromkeys(row[factor] for row in self.rows))
-
-        def __getitem__(self, column):
-            cells = np.array([row["cells"] == 5 for row in self.rows])
-            load = np.array([{"10 MPa": 2.0, "40 MPa": 3.0}.get(row["load"], 1.0) for row in self.rows])
-            even = np.array([90.0 if row["count"] == 90 else 98 + 2 * row["seed"] for row in self.rows])
-            less = np.array([0.8 if row["count"] == 90 else 0.9 for row in self.rows])
-            return 1e6 * load * np.where(cells, less * even, even) if column == "strength" else np.ones(len(cells))
-
-    lines = study.size_table(Table(list(sizes.design))).splitlines()
+    lines = study.size_table(Table(sizes.design)).splitlines()
     assert lines[2].startswith("| UCS (MPa) | 40 | 101 ± 13 | **-10 % (-10 to -10)** | +0 % (+0 to +0) |")
     assert lines[3].startswith("| UCS (MPa) | 90 | 90 ± 0 | **-20 % (-20 to -20)** |")
     assert lines[-1].startswith("| CPU time of the four tests (s) | 90 | 8 | 2.5 times | 1 times |")
+
+
+def test_a_larger_design_has_one_angle_more_and_whole_grains(example):
+    """The angle between is not in the smaller design, whose cells do not count here."""
+    study = example("rock_study")
+    small, large = (Table(study.study(count, 2, **levels).design) for count, levels in ((40, {}), (90, study.LARGE)))
+    assert (len(small), len(large)) == (32 * 4 * 2, 24 * 4 * 2)
+    lines = study.large_table(small.where(cells=1), large).splitlines()
+    assert lines[0].split(" | ")[2:5] == ["grains: elastic to plastic", "residual: 5 to 30", "residual: 5 to 45"]
+    assert lines[2].startswith("| UCS (MPa) | 40 | +0 % (+0 to +0) | - | +0 % (+0 to +0) |")
+    assert lines[3].startswith("| UCS (MPa) | 90 | +0 % (+0 to +0) | **+50 % (+50 to +50)** | +0 % (+0 to +0) |")
+    assert study.interactions_table(study.quantities(large)).count("\n") == 2  # heads and rule: there are none
+    words = study.cost(small, small, large, small)
+    assert "256 tests of the design, 40 grains, 2 seeds: 0.2 hours" in words
+    assert "192 of the larger design, 90 grains, 2 seeds: 0.1;" in words
 
 
 def test_tables_go_between_their_marks(example, tmp_path):

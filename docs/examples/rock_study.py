@@ -3,8 +3,8 @@
 A factorial design: cells inside of grains, grains that yield, friction of broken contacts, open cracks, minerals. Each
 combination is pressed at 0, 10 and 40 MPa and pulled, on the same grains for each seed, with the bonds and the elastic
 grains of Lac du Bonnet granite. Prints what each ingredient changes, with intervals over the seeds, and what it changes
-alone in larger specimens. Keeps all in the folder rock-study, the larger ones in rock-study-size, the paces in
-rock-study-pace, and goes on where it was interrupted.
+in larger specimens, alone and, in whole grains, with the others. Keeps all in the folder rock-study, the larger ones in
+rock-study-size and rock-study-large, the paces in rock-study-pace, and goes on where it was interrupted.
 """
 
 import argparse
@@ -43,6 +43,10 @@ FACTORS = {
     "minerals": ("one", "three"),  #: mica is half as stiff, its bonds have half of the strength
 }
 PLAIN = {factor: levels[0] for factor, levels in FACTORS.items()}
+LARGE = {
+    "cells": (1,),
+    "residual": (5, 30, 45),
+}  #: levels of the design with larger specimens: whole grains, one angle more
 
 
 class Drop(gl.Measure):
@@ -91,8 +95,9 @@ def case(cells, grains, residual, cracks, minerals, load, seed, count):
     return gl.Run(gl.Specimen(made.tessellate(rectangle(width, SLENDER * width)), material), laws, load)
 
 
-def study(grains, seeds, residual=FACTORS["residual"]):
-    factors = FACTORS | {"residual": residual, "load": LOADS, "seed": range(1, seeds + 1), "count": [grains]}
+def study(grains, seeds, **levels):
+    """All combinations of the ingredients; some may have other levels."""
+    factors = FACTORS | levels | {"load": LOADS, "seed": range(1, seeds + 1), "count": [grains]}
     return gl.Study(case, measures=MEASURES, **factors)
 
 
@@ -253,6 +258,19 @@ def interactions_table(found, names=("UCS", "slope", "CI", "CD cylinder", "drop 
         if any(cell.startswith("**") for cell in cells):
             rows.append([f"{first} x {second}", *cells])
     return markdown(["", *(QUANTITIES[name][0] for name in names)], rows)
+
+
+def large_table(
+    *designs, names=("UCS", "tension", "40 MPa", "slope", "curvature", "CI", "CD cylinder", "drop", "drop 40", "E")
+):
+    """What each ingredient changes, over all combinations of the others, in a row for each number of grains."""
+    of_size = {f"{each.rows[0]['count']:,}": quantities(each) for each in designs}
+    pairs = list(changes(quantities(designs[-1])))
+    rows = [
+        [QUANTITIES[name][0], size, *(shown(name, *effect(found, name, *pair)) for pair in pairs)]
+        for name, (size, found) in itertools.product(names, of_size.items())
+    ]
+    return markdown(["", "grains", *(words_of_change(*pair) for pair in pairs)], rows)
 
 
 def size_table(table, names=("UCS", "tension", "40 MPa", "slope", "CI", "CD cylinder", "drop", "E")):
@@ -431,20 +449,23 @@ def main():
     given = asked(
         __doc__, "rock-study", "tables, picture and data into docs/", grains={"default": 150}, seeds={"default": 10},
         residual={"type": float, "nargs": "+", "default": FACTORS["residual"], "help": "deg"},
-        large={"default": 1000, "help": "grains of the larger specimens, each ingredient alone"},
-        large_seeds={"default": 3, "help": "of the larger specimens"},
+        large={"default": 1000, "help": "grains of the larger specimens"},
+        large_seeds={"default": 3, "help": "of the larger specimens, each ingredient alone"},
+        design_seeds={"default": 4, "help": "of the larger specimens, all ingredients but cells together"},
     )  # fmt: skip
     studies = {  #: all are made, and refused, before the first is run
-        given.folder: study(given.grains, given.seeds, given.residual),
+        given.folder: study(given.grains, given.seeds, residual=given.residual),
         f"{given.folder}-pace": pace_study(given.grains, given.seeds),
         f"{given.folder}-size": size_study([given.grains, given.large], given.large_seeds),
+        f"{given.folder}-large": study(given.large, given.design_seeds, **LARGE),
     }
-    table, pace, sizes = (each.run(folder, workers=given.workers) for folder, each in studies.items())
+    table, pace, sizes, large = (each.run(folder, workers=given.workers) for folder, each in studies.items())
     found = quantities(table)
     texts = {
         "effects": effects_table(found), "interactions": interactions_table(found),
         "combinations": combinations_table(found), "size": size_table(sizes), "pace": pace_table(pace),
-        "cost": cost(table, sizes, pace),
+        "large": large_table(table.where(cells=1), large), "large interactions": interactions_table(quantities(large)),
+        "cost": cost(table, sizes, large, pace),
     }  # fmt: skip
     short = {"effects in short": effects_table(found, in_short), "paces in short": short_pace_table(pace)}
     print("\n".join([*texts.values(), *short.values()]))
@@ -454,19 +475,22 @@ def main():
             write(name, text)
         for name, text in short.items():
             write(name, text, SHORT)
-        for name, of in (("rock", table), ("rock-pace", pace), ("rock-size", sizes)):
+        for name, of in (("rock", table), ("rock-pace", pace), ("rock-size", sizes), ("rock-large", large)):
             of.to_pandas().to_csv(DOCS / f"{name}.csv", index=False, float_format="%.6g")
 
 
-def cost(design, sizes, pace):
+def cost(design, sizes, large, pace):
     def hours(table):
         return f"{sum(of['cpu'] for of in table.costs) / 3600:.1f}"
 
-    failed = sum(len(table.failed) for table in (design, sizes, pace))
+    def words(table):
+        return f"{table.rows[0]['count']:,} grains, {len(table.levels('seed'))} seeds: {hours(table)}"
+
+    failed = sum(len(table.failed) for table in (design, sizes, large, pace))
     return (
-        f"{len(design):,} tests of the design, {design.rows[0]['count']} grains, {len(design.levels('seed'))} seeds: "
-        f"{hours(design)} hours of one core; {len(sizes):,} of sizes: {hours(sizes)}; {len(pace):,} of paces: "
-        f"{hours(pace)}; {failed} of all ended with an error.\n"
+        f"{len(design):,} tests of the design, {words(design)} hours of one core; {len(sizes):,} of sizes: "
+        f"{hours(sizes)}; {len(large):,} of the larger design, {words(large)}; {len(pace):,} of paces: {hours(pace)}; "
+        f"{failed} of all ended with an error.\n"
     )
 
 
