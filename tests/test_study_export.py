@@ -62,6 +62,16 @@ def test_a_study_is_read_from_its_folder_alone(mixed, tmp_path):
         gl.read_study(tmp_path)
 
 
+def test_of_cases_with_equal_factors_the_last_is_read(tmp_path):
+    """As of a function before and after an edit: twice the same specimen would halve an interval."""
+    rows = [row({"seed": seed}, {"strength": 1e6 * seed}) for seed in (1, 2)]
+    edited = [{**each, "case": each["case"][::-1], "summary": {"strength": 5e6}} for each in rows[:1]]
+    table_of([*rows, *edited], tmp_path)
+    with pytest.warns(UserWarning, match="1 cases are left out, whose factors a later one has"):
+        read = gl.read_study(tmp_path)
+    assert read["strength"].tolist() == [5e6, 2e6]
+
+
 def test_a_factor_without_a_limit_comes_before_one_with_it(tmp_path):
     table_of([row({"limit": level}) for level in ("none", 5, None, 2)], tmp_path)
     assert gl.read_study(tmp_path).levels("limit") == [None, 2, 5, "none"]

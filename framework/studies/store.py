@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 FORMAT = 2  #: raise when a store of before could not be read any more
 STUDY, CASES, RUNS, PACKS, LOCK = "study.json", "cases", "runs", "packs", ".grainlaw.lock"
 KILLED = "killed"
+WRITTEN = "written"  #: s since 1970, of a row: which of several cases with equal factors is the last
 END = "end"  #: of an index, with the number of its lines before
 LOOSE = 2000  #: files of cases from which they are packed
 PACKED = 1000  #: cases in a pack
@@ -102,7 +103,7 @@ class Store:
         packs = [self._pack(number) for number in self._pack_numbers()]
         found = {case: entry for pack in packs for case, entry in pack.entries.items()}
         damaged = {case: file for pack in packs for case, file in pack.damaged.items()}
-        sizes: dict[bytes, Any] = {}
+        sizes: dict[str, set[Any]] = {}  #: that the file of a run may have: cases that give one run write it each
         for case, killed in loose:
             if killed:
                 found.setdefault(case, StoredCase("", KILLED))
@@ -114,20 +115,20 @@ class Store:
                     continue
                 if row is not None:
                     found[case] = StoredCase(str(row["run"] or ""), str(row["status"]))
-                    sizes[case] = dict(row.get("cost") or {}).get("bytes")
+                    sizes.setdefault(found[case].run, set()).add(dict(row.get("cost") or {}).get("bytes"))
         runs = {key for pack in packs for key in pack.runs}
         for case, entry in list(found.items()):  # a row without the run that it names is none
-            if entry.run and entry.run not in runs and not self._has_run(entry.run, sizes.get(case)):
+            if entry.run and entry.run not in runs and not self._has_run(entry.run, sizes.get(entry.run, {None})):
                 damaged[case] = str(self._run_file(entry.run))
                 del found[case]
         self.entries = found
         self._warn([file for case, file in damaged.items() if case not in found])
 
-    def _has_run(self, key: str, size: Any) -> bool:
+    def _has_run(self, key: str, sizes: set[Any]) -> bool:
         """Whether the file of a run is there, as large as it was written, if that is known."""
         try:
             file = self._run_file(key)
-            return _is_file(file) and size in (None, file.stat().st_size)
+            return _is_file(file) and not sizes.isdisjoint((None, file.stat().st_size))
         except OSError:
             return False
 
@@ -235,7 +236,7 @@ class Store:
         if run is not None:
             _write(self._run_file(str(row["run"])), run)
         file = self._case_file(case, killed=killed)
-        _write(file, json.dumps(row, allow_nan=False).encode())
+        _write(file, json.dumps({**row, WRITTEN: time.time()}, allow_nan=False).encode())
         if not killed:
             self._case_file(case, killed=True).unlink(missing_ok=True)
         self.entries[bytes.fromhex(case)] = StoredCase("" if killed else str(row["run"]), str(row["status"]))

@@ -39,7 +39,7 @@ from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.studies.case import FINISHED, SAME, Done, Recipe, Task, compiled
 from grainlaw.studies.cost import StudyCost, cost_of
 from grainlaw.studies.design import Design, Factors, check_results, check_signature, factorial, listed
-from grainlaw.studies.store import KILLED, InMemory, Kept, Store
+from grainlaw.studies.store import KILLED, WRITTEN, InMemory, Kept, Store
 from grainlaw.studies.table import Table
 from grainlaw.studies.workers import Watcher, Whole, carry_all, workers
 
@@ -288,11 +288,23 @@ class Study(metaclass=Checked):
 def read_study(folder: Folder) -> Table:
     """The table of all cases that the folder of a study has, also of one from the command line; by their factors.
 
-    :meth:`Study.table` gives those of one study in its own order. Raises :class:`ParameterError` for a folder that is
-    no store.
+    Of several cases with equal factors, as of a function before and after an edit, it has the last, and warns of the
+    others. :meth:`Study.table` gives those of one study in its own order. Raises :class:`ParameterError` for a folder
+    that is no store.
     """
     store = Store(folder, make=False)
-    rows = [row for row in store.rows(store.cases()) if row is not None]
+    last: dict[str, dict[str, Any]] = {}
+    older = 0
+    for row in store.rows(store.cases()):
+        if row is not None:
+            factors = json.dumps(row["factors"], sort_keys=True)
+            older += factors in last
+            if factors not in last or last[factors].get(WRITTEN, 0) <= row.get(WRITTEN, 0):
+                last[factors] = row
+    if older:
+        words = f"{store.path}: {older} cases are left out, whose factors a later one has: of the study before an edit"
+        warnings.warn(words, stacklevel=3)
+    rows = list(last.values())
     names = [*dict.fromkeys(name for row in rows for name in row["factors"])]
 
     def place(row: Mapping[str, Any]) -> list[tuple[Any, ...]]:
