@@ -62,6 +62,23 @@ def test_a_study_is_read_from_its_folder_alone(mixed, tmp_path):
         gl.read_study(tmp_path)
 
 
+@pytest.mark.parametrize(
+    "lists", [[[1.0], [2.0]], [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]], [[1.0], [2.0, 3.0]], [[], [2.0]]]
+)
+def test_lists_are_columns_of_their_numbers(lists, tmp_path):
+    """As a modulus of each cycle, whose number need not be that of the parts of a tensor."""
+    table = table_of([row({"seed": k}, {"moduli": each}) for k, each in enumerate(lists)], tmp_path / "s")
+    table.write_csv(tmp_path / "s.csv")
+    written = pandas.read_csv(tmp_path / "s.csv")
+    for frame in (table.to_pandas(), written):
+        for k in range(max(map(len, lists))):
+            expected = [each[k] if k < len(each) else np.nan for each in lists]
+            assert np.array_equal(frame[f"moduli_{k + 1}"].to_numpy(float), expected, equal_nan=True)
+        assert "moduli" not in frame
+    table.write_parquet(tmp_path / "s.parquet")
+    assert "moduli_1" in table.to_xarray()
+
+
 def test_of_cases_with_equal_factors_the_last_is_read(tmp_path):
     """As of a function before and after an edit: twice the same specimen would halve an interval."""
     rows = [row({"seed": seed}, {"strength": 1e6 * seed}) for seed in (1, 2)]

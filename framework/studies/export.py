@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from grainlaw.fields import ParameterError
 from grainlaw.quantity import Quantity, aligned
@@ -62,7 +66,21 @@ def _text(table: Table, name: str, value: Any) -> str:
 
 def to_pandas(table: Table) -> pandas.DataFrame:
     """The rows as a DataFrame. Raises ParameterError without pandas."""
-    return data_frame("Table.to_pandas", {name: table[name] for name in table.columns})
+    return data_frame("Table.to_pandas", _columns(table, table.__getitem__))
+
+
+def _columns(table: Table, entries: Callable[[str], Any]) -> dict[str, Any]:
+    """Columns by name; of lists, as of a number for each cycle, by name_1, name_2 ..., nan where one is short."""
+    columns: dict[str, Any] = {}
+    for name in table.columns:
+        column = entries(name)
+        if name not in table.factors and any(isinstance(value, list) for value in column):
+            lists = (value if isinstance(value, list) else [] for value in column)
+            numbers = itertools.zip_longest(*lists, fillvalue=math.nan)
+            columns |= {f"{name}_{k}": np.array(each, float) for k, each in enumerate(numbers, 1)}
+        else:
+            columns[name] = column
+    return columns
 
 
 def to_latex(table: Table) -> str:
@@ -101,15 +119,16 @@ def to_xarray(table: Table) -> xarray.Dataset:
 
 def write_csv(table: Table, file: str | os.PathLike[str]) -> None:
     """Write the rows, numbers with all their digits. Raises OSError."""
-    rows = ([_cell(table.value(row, name)) for name in table.columns] for row in table.rows)
-    write_text(Path(file), csv_text([map(plain, table.columns), *rows]))
+    columns = _columns(table, lambda name: [table.value(row, name) for row in table.rows])
+    rows = zip(*columns.values(), strict=True)
+    write_text(Path(file), csv_text([map(plain, columns), *(map(_cell, row) for row in rows)]))
 
 
 def write_parquet(table: Table, file: str | os.PathLike[str]) -> None:
     """Write the rows for other programs. Raises ParameterError without pandas and pyarrow, OSError."""
     frame = to_pandas(table)
-    for name in (name for name in table.columns if table[name].dtype == object):
-        if len({type(value) for value in table[name] if value is not None}) > 1:  # a column has one kind there
+    for name in (name for name in frame if frame[name].dtype == object):
+        if len({type(value) for value in frame[name] if value is not None}) > 1:  # a column has one kind there
             frame[name] = frame[name].map(lambda value: value if value is None else str(value))
     try:
         write_atomically(Path(file), frame.to_parquet)
@@ -118,4 +137,4 @@ def write_parquet(table: Table, file: str | os.PathLike[str]) -> None:
 
 
 def _cell(value: Any) -> str:
-    return "" if value is None else repr(value) if isinstance(value, float) else str(plain(value))
+    return "" if value is None else repr(float(value)) if isinstance(value, float) else str(plain(value))

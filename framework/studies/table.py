@@ -136,7 +136,9 @@ class Table(metaclass=Checked):
             elif values and all(map(is_number, values)):
                 column = np.array(values)  # the levels of a factor
             else:
-                column = np.array(values, dtype=object)
+                column = np.empty(len(values), dtype=object)  # one entry a row, also of lists
+                for k, value in enumerate(values):
+                    column[k] = value
             column.flags.writeable = False  # the same one is given again
             self._found[name] = column
         return self._found[name]
