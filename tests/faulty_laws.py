@@ -33,6 +33,32 @@ class Heals(Hillerborg):
         return self.softened(opening, slip, damage, opening, self.energy)
 
 
+class Mends(Hillerborg):
+    """Damage stays, tension comes back: in place of the widest opening it keeps the last."""
+
+    def traction(self, opening, slip, damage, widest):
+        normal, shear, now, _ = self.softened(opening, slip, damage, opening, self.energy)
+        return normal, shear, max(damage, now), opening
+
+
+class Bulges(Hillerborg):
+    """Beyond the peak it comes back above the way it went, by more than it has lost there."""
+
+    def traction(self, opening, slip, damage, widest):
+        normal, shear, damage, widest = self.softened(opening, slip, damage, max(widest, opening), self.energy)
+        return normal * (widest / opening) ** 0.5 if damage > 0 and opening > 0 else normal, shear, damage, widest
+
+
+class ComesBackStiff(Hillerborg):
+    """It comes back three times as stiff, until nothing is left at 0.8 of the widest opening."""
+
+    def traction(self, opening, slip, damage, widest):
+        normal, shear, damage, widest = self.softened(opening, slip, damage, max(widest, opening), self.energy)
+        if 0 < opening < widest and damage > 0:
+            normal = min(normal, 3 * self.kn * max(opening - 0.8 * widest, 0.0))
+        return normal, shear, damage, widest
+
+
 class Overshoots(Hillerborg):
     """Damage passes 1."""
 
@@ -164,6 +190,13 @@ class Backwards(Joint):
         return self.slid(opening, slip, plastic, 5e6 + self.friction * self.kn * max(-opening, 0.0), -1.0)
 
 
+class RubsInTension(Joint):
+    """Friction with the sign of who counts pressure positive."""
+
+    def traction(self, opening, slip, plastic):
+        return self.slid(opening, slip, plastic, 5e6 + self.friction * self.kn * max(opening, 0.0))
+
+
 class Weakens(Joint):
     """Friction that falls with pressure."""
 
@@ -241,6 +274,10 @@ class Around(gl.ContactLaw):
 
 FAULTS = {
     Heals: "damage",
+    Mends: "damage",
+    Bulges: "energy",
+    ComesBackStiff: "stiffness",
+    RubsInTension: "friction",
     Overshoots: "damage",
     TooTough: "fracture energies",
     Jumps: "continuity",

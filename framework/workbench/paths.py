@@ -16,10 +16,12 @@ def designed_paths(scale: Scale) -> dict[str, Corners]:
     """Closed paths that find the faults which random paths miss."""
     t, s = scale.tension.displacement, scale.shear.displacement
     to, so = 1.1 * scale.tension.breaking, 1.1 * scale.shear.breaking
-    th, sh = t + 0.3 * (scale.tension.breaking - t), s + 0.3 * (scale.shear.breaking - s)  # half broken
+    th, sh = scale.tension.half_broken, scale.shear.half_broken
     c, d, far = scale.closures[1], scale.closures[3], scale.far
     paths: dict[str, Corners] = {
         "pull, release, pull on": [(0, 0), (0.8 * t, 0), (0, 0), (th, 0), (0, 0), (to, 0), (0, 0)],
+        "pull beyond the peak, release": [(0, 0), (1.05 * t, 0), (0, 0)],
+        "shear beyond the peak, slip back": [(0, 0), (0, 1.05 * s), (0, 0)],
         "shear, reverse": [(0, 0), (0, 0.8 * s), (0, -0.8 * s), (0, sh), (0, -sh), (0, so), (0, -so), (0, 0)],
         "shear under pressure, reverse": [(0, 0), (-c, 0), (-c, sh), (-c, -sh), (-c, far), (-c, 0), (0, 0)],
         "shear under high pressure": [(0, 0), (-d, 0), (-d, far), (-d, -far), (-d, 0), (0, 0)],

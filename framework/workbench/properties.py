@@ -18,17 +18,20 @@ from grainlaw.workbench.characteristics import shear_mode, tensile_mode
 from grainlaw.workbench.driver import Contact, run_together
 from grainlaw.workbench.paths import designed_paths, even_steps
 from grainlaw.workbench.refined import Response, drive
-from grainlaw.workbench.scale import Scale, is_bonded
+from grainlaw.workbench.scale import Scale, find_peak, is_bonded
 
 ROUNDING = 1e-12
 EXACT = 1e-5
 SMALL = (1e-6, 1e-8, 1e-10)  #: shares of the displacement at the peak; smaller ones would show the rounding of 1 - exp
 NEAR = np.geomspace(SMALL[-1], 1e-2, 25)
+BACK = np.append(np.geomspace(0.1, 1e-6, 26), 0.0)  #: shares of the way back, the last of them
 KINDS = ("normal", "shear")
 SLOW, FAST = 1e60, 1e-60  #: s between two answers: nothing has a rate, nothing ages
 EVEN = 1e-6  #: of the largest traction or memory
 TIME_STEPS = (1e-9, 1e-4, 10.0, 1e6)  #: s
 FINE = 40  #: steps of a leg
+MOST = 2000  #: steps of one that is fine
+STRONGER = 1.1  #: ratio of two strengths that are sampled to 6 %
 
 
 def rate(bench: Bench) -> Finding | None:
@@ -95,9 +98,9 @@ def _energy(bench: Bench) -> Finding | None:
 
 
 def friction(bench: Bench) -> Finding | None:
-    """Shear strength, intact or broken, does not fall as the pressure rises; friction opposes slip."""
+    """Shear strength, intact or broken, does not fall as the pressure rises, nor rise as it is pulled."""
     scale = bench.scale
-    moved = creep(bench)
+    moved = creep(bench) or stronger_in_tension(bench)
     if moved:
         return moved
     histories = {"shear": [(0.0, 0.0)], "break by pulling, shear": [(0.0, 0.0), (1.1 * scale.tension.breaking, 0.0)]}
@@ -113,6 +116,20 @@ def friction(bench: Bench) -> Finding | None:
             if finding:
                 return finding
     return pressed_while_sliding(bench)
+
+
+def stronger_in_tension(bench: Bench) -> Finding | None:
+    """Shear strength that grows as a bond is pulled, as where pressure is taken for positive."""
+    tension, shear = bench.scale.tension, bench.scale.shear
+    if not (shear.found and is_bonded(bench.contact, tension)):
+        return None
+    half = 0.5 * tension.displacement
+    pulled = find_peak(bench.contact, 1, -half)
+    if not pulled.found or pulled.strength < STRONGER * shear.strength:
+        return None
+    text = f"shear strength {words(pulled.strength, 'Pa')} at opening {words(half, 'm')}"
+    text += f", {words(shear.strength, 'Pa')} without: tension counts positive"
+    return Finding(text, pulled.strength - shear.strength)
 
 
 def creep(bench: Bench) -> Finding | None:
@@ -183,7 +200,8 @@ def first_response(bench: Bench) -> Finding | None:
     bonded = is_bonded(bench.contact, bench.scale.tension)
     signs, closure = ((1, -1), 0.0) if bonded else ((-1,), opened)
     probes = [(0, sign * opened, 0.0) for sign in signs] + [(1, sign * slipped, -closure) for sign in (1, -1)]
-    found = [finding for probe in probes for finding in (_limit(bench, *probe), _stiffest(bench, *probe)) if finding]
+    asked = [ask(bench, *probe) for probe in probes for ask in (_limit, _stiffest)]
+    found = [finding for finding in asked if finding]
     return max(found, key=lambda finding: finding.size, default=None)
 
 
@@ -213,6 +231,27 @@ def _stiffest(bench: Bench, mode: int, size: float, opening: float) -> Finding |
         return None
     text = f"{KINDS[mode]} response rises by {tangents[i]:.6g} Pa/m at {words(shares[i + 1] * size, 'm')}"
     return Finding(f"{text}, stiffness says {k:.6g} Pa/m", float(tangents[i] / k - 1))
+
+
+def released(bench: Bench) -> Finding | None:
+    """No tangent exceeds the stiffness where a half broken contact is taken back."""
+    return next((found for mode in (0, 1) if (found := _released(bench, mode))), None)
+
+
+def _released(bench: Bench, mode: int) -> Finding | None:
+    k, peak = bench.law.stiffness[mode], (bench.scale.tension, bench.scale.shear)[mode]
+    if not peak.found:
+        return None
+    size = peak.half_broken
+    count = min(math.ceil(size / (0.1 * peak.displacement)), MOST)
+    back = np.concatenate([np.linspace(1, BACK[0], count, endpoint=False), BACK])
+    answers = bench.contact.run([_point(mode, share * size, 0.0) for share in (*np.linspace(0, 1, FINE), *back)])
+    tangents = np.diff(answers[FINE:, mode]) / np.diff(back * size)
+    i = int(np.argmax(np.nan_to_num(tangents, nan=-np.inf)))
+    if not tangents[i] > (1 + EXACT) * k:
+        return None
+    text = f"{KINDS[mode]} traction of a half broken contact falls by {tangents[i]:.6g} Pa/m on its way back"
+    return Finding(f"{text}, at {words(back[i] * size, 'm')}, stiffness says {k:.6g} Pa/m", float(tangents[i] / k - 1))
 
 
 def _point(mode: int, displacement: float, opening: float) -> tuple[float, float]:
@@ -287,6 +326,24 @@ def damage_never_heals(bench: Bench) -> Finding | None:
                 text = f"{run.name}: damage falls from {values[i]:.6g} to {values[i + 1]:.6g}"
                 return Finding(f"{text} at {place(run.points[i + 1])}", float(values[i] - values[i + 1]))
     return None
+
+
+def mended(bench: Bench) -> Finding | None:
+    """Tension that a contact bears again which was pulled until its damage was 1."""
+    if "damage" not in bench.contact.names:
+        return None
+    peak = bench.scale.tension
+    path = even_steps([(0.0, 0.0), (1.1 * peak.breaking, 0.0), (0.0, 0.0), (1.1 * peak.breaking, 0.0)], FINE)
+    answers = bench.contact.run(path)
+    broken = np.flatnonzero(bench.memory(answers, "damage") >= 1)
+    if not len(broken):
+        return None
+    after = answers[broken[0] :, 0]
+    i = int(np.argmax(np.nan_to_num(after)))
+    if not after[i] > max(after[0], 0.0) + 1e-3 * peak.strength:
+        return None
+    text = f"pull, release, pull: it bears {words(after[i], 'Pa')} of tension after its damage was 1"
+    return Finding(f"{text}, at {place(path[broken[0] + i])}", float(after[i] - after[0]))
 
 
 def closed_paths_create_no_energy(bench: Bench) -> Finding | None:
@@ -386,10 +443,10 @@ def no_hidden_state(bench: Bench) -> Finding | None:
 
 PROPERTIES: dict[str, Callable[[Bench], Finding | None]] = {
     "units": lambda bench: units(bench.law),
-    "stiffness": first_response,
+    "stiffness": lambda bench: first_response(bench) or released(bench),
     "compiled": compiled_equals_interpreted,
     "odd in slip": odd_in_slip,
-    "damage": damage_never_heals,
+    "damage": lambda bench: damage_never_heals(bench) or mended(bench),
     "energy": closed_paths_create_no_energy,
     "fracture energies": fracture_energies,
     "continuity": no_jump,

@@ -22,6 +22,11 @@ class Peak:
     breaking: float  #: m
     found: bool  #: whether there is a peak; if not, the numbers only set a scale
 
+    @property
+    def half_broken(self) -> float:
+        """A displacement (m) between the peak and the break."""
+        return self.displacement + 0.3 * (self.breaking - self.displacement)
+
 
 FAR = np.geomspace(1e-13, 1e-1, 500)  #: m, twelve decades in which a peak is looked for
 
