@@ -153,7 +153,7 @@ SOME_TESTS = (
     Quantity("shear", "MPa", words="shear traction", meaning="of a joint or a contact"),
     Quantity("broken", "%", meaning="share of a joint"),
     Quantity("force", "kN/m", meaning="what the test applies"),
-    Quantity("load", "kN/m", meaning="what the test applies"),
+    Quantity("load", "MPa", form=".2f", meaning="stress that the test applies"),
 )
 
 # --- properties of tests and of runs ---------------------------------------------------------------------------------

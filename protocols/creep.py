@@ -163,7 +163,8 @@ class Creep(LoadingProtocol):
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """Time to failure, strains, the lowest rate of strain (1/s) and when, cracks.
 
-        The time (s) is that after the jump that broke it, so too long by no more than that jump; nan if it lasts.
+        The time (s) is that after the jump that broke it, nan if it lasts. With a large ``largest_growth`` it is too
+        short, as bonds then break together.
         """
         held = np.flatnonzero(curves[STAGE] == curves[STAGE].max())
         rests = self.curve(curves)

@@ -22,6 +22,8 @@ BOND = CohesiveCrack(
 GROWTHS = {"Charles, n = 20": CharlesGrowth(exponent=20), "exponential, b = 30": ExponentialGrowth(activation=30)}
 RATE = 1.0  #: 1/s
 SEEDS, LOADS = (1, 2, 3), (0.9, 0.8, 0.7)
+JUMPS = (0.2, 0.1, 0.05, 0.02, 0.01)  #: largest growths of fatigue in a jump
+USUAL = 0.02  #: that of Creep
 
 
 def sample(seed):
@@ -39,17 +41,17 @@ def strengths():
     return {seed: float(table.where(seed=seed)["strength"][0]) for seed in SEEDS}
 
 
-def case(growth, stress, seed):
+def case(growth, stress, seed, largest):
     law = StaticFatigue(law=BOND, rate=RATE, growth=GROWTHS[growth])
-    return gl.Run(sample(seed), law, Creep(load=stress, duration=1e9, largest_growth=0.05))
+    return gl.Run(sample(seed), law, Creep(load=stress, duration=1e9, largest_growth=largest))
 
 
 @cache
-def crept(growth, load):
+def crept(growth, load, largest=USUAL):
     """Summaries of all seeds under a share of the strength of each."""
     rows = []
     for seed, strength in strengths().items():
-        study = gl.Study(case, growth=[growth], stress=[load * strength], seed=[seed])
+        study = gl.Study(case, growth=[growth], stress=[load * strength], seed=[seed], largest=[largest])
         table = study.run(progress=False)
         rows.append({name: table[name][0] for name in ("time_to_failure", "creep_strain", "cracks", "jumps")})
     return rows
@@ -72,7 +74,27 @@ def slope(growth, power):
     return each(np.polyfit(loads, times, 1)[0], ".1f")
 
 
+def by_jumps(largest):
+    """Times to failure of all seeds, and their geometric mean, under the lowest and the highest load."""
+    cells = []
+    for load in (LOADS[-1], LOADS[0]):
+        times = [one["time_to_failure"] for one in crept("Charles, n = 20", load, largest)]
+        cells += [each(times, ".3g"), f"{np.exp(np.mean(np.log(times))):.3g}"]
+    return cells
+
+
 TABLES = [
+    Table(
+        page=DOCS / "tables/long-term.md",
+        name="long-term jumps",
+        columns=(
+            "largest growth of fatigue in a jump", f"time to failure under {LOADS[-1]} (s)", "geometric mean (s)",
+            f"under {LOADS[0]} (s)", "geometric mean (s)",
+        ),
+        rows={f"{largest:g}": lambda g=largest: by_jumps(g) for largest in JUMPS},
+        firm=(),
+        checked=(f"{JUMPS[0]:g}",),
+    ),
     Table(
         page=DOCS / "tables/long-term.md",
         name="long-term",
