@@ -78,7 +78,7 @@ class FallsTo(Condition):
     """A recorded quantity has fallen to a fraction of its highest value so far."""
 
     column: str  #: of the curves
-    fraction: float = parameter("1", above=-math.inf)  #: of the highest value so far
+    fraction: float = parameter("1", above=-math.inf, below=1)  #: of the highest value so far
 
     def progress(self, curves: Curves) -> float:
         require("FallsTo", curves, *self.columns)
@@ -94,7 +94,7 @@ class FailsTo(Condition):
     """
 
     column: str  #: of the curves
-    fraction: float = parameter("1", above=-math.inf)  #: of the highest value so far
+    fraction: float = parameter("1", above=-math.inf, below=1)  #: of the highest value so far
 
     def progress(self, curves: Curves) -> float:
         require("FailsTo", curves, *self.columns)

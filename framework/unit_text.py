@@ -84,6 +84,8 @@ def quantity(value: Any, unit: str, name: str = "the value") -> float:
         raise refusal(name, value, wanted)
     number, written = float(found[1]), found[2]
     if not written:
+        if unit != "1" and _unit(unit) and number and not math.isinf(number):
+            raise ParameterError(f"{name} = {value!r} is not allowed, a text needs its unit; it must be {wanted}")
         return number
     given, declared = _unit(written), _unit(unit)
     if given is None:

@@ -25,7 +25,7 @@ from grainlaw.stage import Stage
 
 
 def _is_growing(test: Cyclic, attribute: attrs.Attribute, value: Sequence[float]) -> None:
-    numbers = isinstance(value, tuple) and all(map(is_number, value))
+    numbers = isinstance(value, tuple) and all(is_number(level) and math.isfinite(level) for level in value)
     if not numbers or not value or list(value) != sorted(set(value)) or value[0] <= 0:
         raise refusal("Cyclic: levels", value, "a tuple of positive numbers in SI without units, each above the last")
 
@@ -45,6 +45,10 @@ class Cyclic(LoadingProtocol):
     load: str = STRESS  #: column that falls on unloading
     unload_to: float = parameter("1", default=0.1, at_least=0, below=1)  #: unloading ends at this share of the load
 
+    def __attrs_post_init__(self) -> None:
+        if isinstance(self.test, Cyclic):
+            raise refusal("Cyclic: test", self.test, "a test without loops; give all levels together")
+
     @property
     def quantities(self) -> Sequence[Quantity]:
         """Those of each loop, and of the other test."""
@@ -59,6 +63,9 @@ class Cyclic(LoadingProtocol):
 
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         *before, main = self.test.stages(specimen)
+        if not any(load.moves for load in main.of(Drive)):
+            wanted = f"one whose last stage, here '{main.name}', has a Drive to reverse"
+            raise refusal("Cyclic: test", self.test, wanted)
         ends = (end for end in main.until if isinstance(end, Reaches) and end.column == self.displacement)
         if (limit := min((end.limit for end in ends), default=math.inf)) < self.levels[-1]:
             raise ParameterError(

@@ -1,5 +1,7 @@
 """Splitting, bending, shearing and cycling: elastic answers, fracture energy along a straight joint, refusals."""
 
+import math
+
 import attrs
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from grainlaw.materials import Thermal
 from grainlaw.protocols import (
     BiaxialCompression,
     Brazilian,
+    Creep,
     Cyclic,
     DirectShear,
     Heating,
@@ -345,7 +348,15 @@ def test_the_loops_of_given_curves_lose_what_they_enclose():
         assert len(attrs.evolve(test, levels=(1, 2)).summary(part, None)["lost_work"]) == count
 
 
-@pytest.mark.parametrize("levels", [(), (0.2, 0.1), (-0.1,), [0.1], (True, 2)])
+def test_a_test_without_a_drive_cannot_be_reversed():
+    """As creep, whose modulus would be that of a loop that never was; loops of loops would lose those inside."""
+    with pytest.raises(gl.ParameterError, match=r"Cyclic: test = .* last stage, here 'creep', has a Drive to reverse"):
+        Cyclic(test=Creep(load=1e7, duration=1.0), levels=(1e-3,)).stages(small_sample(12))
+    with pytest.raises(gl.ParameterError, match=r"Cyclic: test = .* without loops"):
+        Cyclic(test=Cyclic(levels=(1e-3,)), levels=(2e-3,))
+
+
+@pytest.mark.parametrize("levels", [(), (0.2, 0.1), (-0.1,), [0.1], (True, 2), (math.nan,), (1e-3, math.inf)])
 def test_levels_must_grow(levels):
     with pytest.raises(gl.ParameterError, match="Cyclic: levels"):
         Cyclic(levels=levels)

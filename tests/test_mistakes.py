@@ -247,6 +247,10 @@ REFUSED = {
         lambda _: run(test=Own(until=gl.conditions.Reaches("height", 1.0))),
         "stage 'own' has no loads, and its specimen is at rest: .* wait for ever for .*height.*; give it loads",
     ),
+    "a fall to more than the highest": (
+        lambda _: gl.conditions.FallsTo("height", 2),
+        "FallsTo: fraction = 2 is not allowed, it must be .* below 1",
+    ),
     "a condition of a column that is not there": (
         lambda _: run(test=Own(loads=[drive()], until=gl.conditions.FailsTo("hight", 0.5))),
         "FailsTo needs the column hight, which the test does not record; did you mean 'height'. .it records height",
@@ -584,6 +588,26 @@ def test_a_law_of_cells_without_cells_is_told():
         warnings.simplefilter("error")
         run({"inside": BRITTLE, ...: BRITTLE}, held, gl.Specimen(cells, ROCK))
         run({(0, 0): BRITTLE, ...: BRITTLE}, held)
+
+
+def test_platens_that_push_the_same_way_are_told():
+    """Both pressed by a negative stress, as if it were normal to each; opposite signs press, and so does a wall."""
+    low, high, spring, turned = (
+        gl.loads.Hold(boundary=side, axis=0, stress=stress, stiffness=stiffness)
+        for side, stress, stiffness in (("left", -1e6, 0), ("right", -1e6, 0), ("right", -1e6, 1e12), ("left", 1e6, 0))
+    )
+    with pytest.warns(UserWarning, match=r"Hold on left, right along x have a sum of -8e\+04 N/m, and nothing holds"):
+        run(test=Own(loads=[low, high]))
+    wall = gl.loads.Drive(boundary="right", axis=0, speed=0)
+    for sound in (
+        [turned, high],
+        [low, spring],
+        [low, wall],
+        [low, gl.loads.Pressure(boundary="right", pressure=1e6)],
+    ):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            run(test=Own(loads=sound))
 
 
 def test_what_nothing_holds_is_told():

@@ -12,7 +12,7 @@ from command_line import SMALL, invoke
 from support import BRITTLE, ROCK, STRONG, small_sample
 
 import grainlaw as gl
-from grainlaw.geometry import block, together
+from grainlaw.geometry import Voronoi, block, rectangle, together
 from grainlaw.laws import MohrCoulomb
 from grainlaw.materials import Thermal
 from grainlaw.protocols import BiaxialCompression, HydraulicFracturing, Saturated, SplitHopkinson, UniaxialCompression
@@ -122,11 +122,14 @@ def test_a_wave_in_megapascals_is_told():
 def test_contacts_too_soft_for_their_grains_are_told():
     soft, *_ = told(lambda: run(MohrCoulomb(**STRONG | {"kn": 105, "ks": 95})))
     assert "MohrCoulomb: a normal stiffness of 105 Pa/m is unusual between grains of" in soft
-    assert "usual are 9e+10 to 9e+16 Pa/m" in soft  # 1e-2 and 1e4 times 72 GPa (uniaxial strain) over 8.2 mm
+    assert "usual are 9e+10 to 9e+15 Pa/m" in soft  # 1e-2 and 1e3 times 72 GPa (uniaxial strain) over 8.2 mm
     rigid = small_sample(12, material=gl.Rigid(density=3000))
     wide, *_ = told(lambda: gl.simulate(rigid, MohrCoulomb(**STRONG | {"kn": 1e9, "ks": 1e9}), PRESS))
     assert "open by 0.013 m before they break are unusual" in wide  # 13 MPa over 1 GPa/m
     assert told(run) == []
+    large = Voronoi(grains=12, seed=1).tessellate(rectangle(20, 40))  # mm for m
+    stiff, *_ = told(lambda: gl.simulate(gl.Specimen(large, ROCK), MohrCoulomb(**STRONG), PRESS))
+    assert "Pa/m is unusual between grains of 8.2 m" in stiff
 
 
 def test_an_angle_of_friction_in_radians_is_told():

@@ -32,7 +32,8 @@ EXACT = {"k": 3, "M": 6, "G": 9, "m": -3, "u": -6}
         ("1 year", "s", 365.25 * 86400), ("2 mm/year", "m/s", 2e-3 / 31557600), ("250 bar", "Pa", 25e6),
         ("1 kbar", "Pa", 1e8), ("1 ksi", "Pa", 6894757.293168361),
         ("1 mPa s", "Pa s", 1e-3), ("1 mPa*s", "Pa s", 1e-3),
-        ("0 mm", "m", 0), ("inf m", "m", math.inf), ("13e6", "Pa", 13e6), ("1e-999999999 m", "m", 0),
+        ("0 mm", "m", 0), ("inf m", "m", math.inf), ("13e6", "1", 13e6), ("0", "Pa", 0),
+        ("13", "grain sizes", 13), ("1e-999999999 m", "m", 0),
     ],
 )  # fmt: skip
 def test_conversions_are_exact(text, unit, expected):
@@ -97,7 +98,7 @@ def test_a_prefix_is_a_power_of_ten(number, prefix, unit):
 
 @given(NUMBERS, st.sampled_from(sorted(USUAL)))
 def test_what_is_written_in_the_declared_unit_comes_back(number, unit):
-    assert quantity(f"{number!r} {unit}", unit) == number == quantity(repr(number), unit) == quantity(number, unit)
+    assert quantity(f"{number!r} {unit}", unit) == number == quantity(number, unit)
 
 
 @pytest.mark.parametrize(
@@ -137,6 +138,7 @@ def test_only_the_declared_dimension_is_taken(unit, other):
     ("value", "unit", "words"),
     [
         ("13 mm", "Pa", "law.f = '13 mm' is not allowed: 'mm' is not one of Pa; it must be a number in Pa or a string"),
+        ("20", "Pa", "law.f = '20' is not allowed, a text needs its unit; it must be a number in Pa or a string"),
         (
             "13 MPA",
             "Pa",

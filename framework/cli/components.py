@@ -197,8 +197,6 @@ def _value(field: attrs.Attribute, kinds: tuple[type, ...], raw: Any, where: str
         return tuple(component(interface, each, f"{where}[{k}]") for k, each in enumerate(raw))
     if interface:
         return component(interface, raw, where, present if isinstance(present, interface) else None)
-    if int in kinds and isinstance(raw, str) and re.fullmatch(r"[+-]?\d+", raw):
-        return int(raw)
     return tuple(raw) if isinstance(raw, list) else raw
 
 

@@ -12,6 +12,7 @@ from typing import Any
 
 from grainlaw.fields import ParameterError
 from grainlaw.messages import nearest, refusal, short
+from grainlaw.unit_text import NUMBER
 
 Sections = dict[str, dict[str, Any]]
 WIDEST = 40  #: columns before a comment that stands in line with others
@@ -101,7 +102,8 @@ def _parsed(text: str) -> Any:
     try:
         return tomllib.loads(f"value = {text}")["value"]
     except (ValueError, RecursionError):
-        return text.strip()
+        found = NUMBER.fullmatch(text)  # as .5, which TOML does not know
+        return float(found[1]) if found and not found[2] else text.strip()
 
 
 def check_section(name: str, place: object, known: Sequence[str] = SECTIONS, of: str = "") -> None:

@@ -14,19 +14,31 @@ from grainlaw.contact import Laws, each_law
 from grainlaw.engine.model import Model
 from grainlaw.fields import ParameterError, UnitWarning
 from grainlaw.loading import Constant
-from grainlaw.loads import BarEnd, BoundaryLoad, Conduction, Drive, FluidPressure, Heat, Hold, Pressure, Traction
+from grainlaw.loads import (
+    BarEnd,
+    BoundaryLoad,
+    Conduction,
+    Drive,
+    Driven,
+    FluidPressure,
+    Heat,
+    Hold,
+    Pressure,
+    Traction,
+)
 from grainlaw.material import Rigid
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 from grainlaw.tessellation import INSIDE
 
-CONTACTS = (1e-2, 1e4)  #: usual stiffness of contacts times the grain size, over that of the grains
+CONTACTS = (1e-2, 1e3)  #: usual stiffness of contacts times the grain size, over that of the grains
 OPENING = 0.1  #: of the grain size: the most that a contact usually opens before it breaks
 FELT = 10  #: times what rounding of positions makes of stresses at contacts: least load that comes to rest
 LOADED = (2e-8, 0.05)  #: of the modulus: usual pressures and stresses on boundaries
 THIN = 0.02  #: of the step that most zones allow: one place of the grains makes a run fifty times as long
 FORCES = (Pressure, Traction, Hold)
 JUMP = 0.1  #: of a load: a smaller one between two stages is none
+UNBALANCED = 0.01  #: of the forces of platens: what two opposite ones may leave
 SUCTION = 1e5  #: Pa: more than that no fluid pulls
 SPEED = 0.005  #: of the speed of waves: the fastest usual loading
 
@@ -83,6 +95,26 @@ def warn_of_free(stages: Sequence[Stage]) -> None:
         if words:
             warnings.warn(f"stage '{stage.name}' {words}", stacklevel=4)
         moved = f"'{stage.name}'" if drives else moved if not stage.loads else ""
+
+
+def warn_of_unbalanced(model: Model, stages: Sequence[Stage]) -> None:
+    """Warn of platens that push the same way along an axis along which nothing else acts: the specimen flies away."""
+    lengths = model.specimen.mesh.boundary_lengths
+    for stage in stages:
+        for axis in (0, 1):
+            along = [load for load in stage.loads if not (isinstance(load, Driven) and load.axis != axis)]
+            holds = [load for load in along if isinstance(load, Hold) and not load.stiffness]
+            if not holds or len(holds) < len(along):
+                continue
+            forces = [load.level * lengths[load.boundary] for load in holds if isinstance(load.level, float)]
+            if len(forces) == len(holds) and abs(sum(forces)) > UNBALANCED * sum(map(abs, forces)):
+                warnings.warn(
+                    f"stage '{stage.name}': the forces of Hold on {', '.join(load.boundary for load in holds)} along "
+                    f"{'xy'[axis]} have a sum of {sum(forces):.4g} N/m, and nothing holds the specimen against it: a "
+                    "stress is positive along the axis, on either side",
+                    stacklevel=4,
+                )
+                return
 
 
 def warn_of_jumps(stages: Sequence[Stage]) -> None:

@@ -42,6 +42,7 @@ from grainlaw.runs.plausibility import (
     warn_of_jumps,
     warn_of_scales,
     warn_of_thin_cell,
+    warn_of_unbalanced,
 )
 from grainlaw.runs.progress import RunBar, RunFile, Shown, shown_in
 from grainlaw.runs.progress_file import PROGRESS, ProgressFile
@@ -185,6 +186,7 @@ def begun(
     warn_of_contacts(model.specimen, model.laws)
     warn_of_scales(model, stages)
     warn_of_free(stages)
+    warn_of_unbalanced(model, stages)
     warn_of_jumps(stages)
     warn_of_thin_cell(model)
     warn_of_idle_laws(model)
