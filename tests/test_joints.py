@@ -28,8 +28,9 @@ from grainlaw.geometry import (
 )
 from grainlaw.geometry.joints import cut_by
 from grainlaw.laws import MohrCoulomb
-from grainlaw.protocols import UniaxialTension
+from grainlaw.protocols import BiaxialCompression, UniaxialTension
 from grainlaw.tessellation import TilingError
+from grainlaw.units import mm
 
 REGIONS = {
     "rectangle": rectangle(4, 3), "disc": disc(3.0), "slope": SLOPE,
@@ -284,3 +285,30 @@ def test_a_set_without_a_joint_in_the_region_is_told():
         warnings.simplefilter("error")
         one = JointSets(sets=[JointSet(dip=0, spacing=0.03, through=(0, 0.02))]).tessellate(region)
     assert one.count == 2
+
+
+def test_contact_points_of_a_joint_lie_on_it_with_what_they_bear():
+    """From bottom to top, 3 mm apart from the left side then 7 mm; slip may count from the second stage on."""
+    trace = [(3 * mm, -1 * mm), (7 * mm, 21 * mm)]
+    grains = Jointed(Voronoi(grains=30, seed=2), {"fault": [trace]}).tessellate(rectangle(10 * mm, 20 * mm))
+    law = MohrCoulomb(kn=1e14, ks=5e13, tensile_strength=1e9, cohesion=1e9, friction_angle=30)
+    test = BiaxialCompression(confinement=5e6, maximum_strain=2e-4, samples=20)
+    result = gl.simulate(gl.Specimen(grains, ROCK), {"fault": attrs.evolve(law, kn=1e13), ...: law}, test)
+    points, before = result.contact_points(), result.frame_before("", "axial").bonds
+    assert {len(row) for row in points.values()} == {2 * len(result.mesh.interfaces)}
+    fault = points["kind"] == "fault"
+    along = np.subtract(trace[1], trace[0]) / np.hypot(*np.subtract(trace[1], trace[0]))
+    away = (points["x"] - trace[0][0]) * along[1] - (points["y"] - trace[0][1]) * along[0]
+    assert np.abs(away[fault]).max() < 1e-9
+    assert points["angle"][fault] == pytest.approx(np.arctan2(along[1], along[0]))
+    assert points["length"][fault].sum() == pytest.approx(20 * mm / along[1])
+    pairs = {tuple(sorted(pair)) for pair in result.mesh.interface_grains.tolist()}
+    assert {tuple(sorted(pair)) for pair in zip(points["grain_a"], points["grain_b"], strict=True)} == pairs
+    sides = grains.centroids[np.stack([points["grain_a"], points["grain_b"]])][:, fault] - trace[0]
+    assert np.all(np.prod(sides[..., 0] * along[1] - sides[..., 1] * along[0], axis=0) < 0)  # one on either side
+    assert np.array_equal(points["normal"], result.frames[-1].bonds["normal"])
+    since = result.contact_points(since="axial")
+    assert np.array_equal(since["slip"], points["slip"] - before["slip"])
+    assert np.array_equal(since["opening"], points["opening"] - before["opening"])
+    assert np.array_equal(since["shear"], points["shear"])
+    assert np.array_equal(result.contact_points(0)["slip"], result.frames[0].bonds["slip"])

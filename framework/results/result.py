@@ -226,6 +226,26 @@ class Result(metaclass=Checked):
         before = self.curves[STAGE] < list(self.stages).index(stage)
         return self.cracks[self.cracks.time > self.curves[TIME][before].max(initial=-np.inf)]
 
+    def contact_points(self, frame: int = -1, since: str | None = None) -> dict[str, np.ndarray]:
+        """Columns (p,) of all contact points at a frame: where they are, between what, and what they bear; SI.
+
+        Before the test: ``x``, ``y``, the middle of their half of an interface, ``length`` and ``angle`` (rad from the
+        x axis) of that; ``grain_a``, ``grain_b``; ``kind``, "between" or "inside" of grains or the name of the joint;
+        those of :attr:`Frame.bonds`, of which ``opening`` and ``slip`` count from the beginning of the stage ``since``.
+        ``pandas.DataFrame(...)`` makes a table of them. Raises ParameterError for a frame or a stage that is not there.
+        """
+        moment, begin = self.frame("contact_points", frame), self.frame_before("contact_points", since)
+        start, end = contact_segments(self.mesh.nodes, self.interfaces).swapaxes(0, 1)
+        (x, y), along = ((start + end) / 2).T, end - start
+        grains = np.tile(self.mesh.node_grain[self.interfaces[:, ::2]], (2, 1))
+        names = np.array(self.specimen.grains.kinds)
+        own = {name: row - begin.bonds[name] if begin and name in MOVED else row for name, row in moment.bonds.items()}
+        return {
+            "x": x, "y": y, "length": np.hypot(*along.T), "angle": np.arctan2(along[:, 1], along[:, 0]) % np.pi,
+            "grain_a": grains[:, 0], "grain_b": grains[:, 1],
+            "kind": names[np.tile(interface_kinds(self.mesh, self.interfaces), 2)], **own,
+        }  # fmt: skip
+
     def crack_segments(self, frame: int = -1) -> np.ndarray:
         """(k, 2, 2) m, start and end of each crack at a frame, on the deformed specimen and between its two grains.
 
@@ -386,6 +406,17 @@ class Result(metaclass=Checked):
         from grainlaw.results.figures.curves import show_result
 
         show_result(self)
+
+
+MOVED = ("opening", "slip")  #: of a contact point, what may count from the beginning of a stage
+
+
+def interface_kinds(mesh: Mesh, interfaces: np.ndarray) -> np.ndarray:
+    """(c,) numbers of the kinds of interfaces, which need not be in the order of the mesh."""
+    here, there = np.lexsort(interfaces.T), np.lexsort(mesh.interfaces.T)
+    kinds = np.zeros(len(interfaces), dtype=np.int64)
+    kinds[here] = mesh.interface_kind[there]
+    return kinds
 
 
 def contact_segments(place: np.ndarray, interfaces: np.ndarray) -> np.ndarray:

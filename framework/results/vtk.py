@@ -19,7 +19,7 @@ from grainlaw.observation import Observer
 from grainlaw.results.archive import law_names
 from grainlaw.results.files import check_room, warn, writable_folder, write_atomically, write_text
 from grainlaw.results.frames import Frame, FrameClock, take_frame
-from grainlaw.results.result import contact_segments
+from grainlaw.results.result import contact_segments, interface_kinds
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 from grainlaw.unit_text import without_prefixes
@@ -138,9 +138,7 @@ class VtkSeries:
         self.folder = writable_folder(folder)
         self.specimen, self.interfaces, self.law = specimen, interfaces, law
         self.entries: dict[str, list[tuple[float, str]]] = {"grains": [], "cracks": [], "contacts": []}
-        here, there = np.lexsort(interfaces.T), np.lexsort(specimen.mesh.interfaces.T)
-        self._kind = np.zeros(len(interfaces), dtype=np.int64)
-        self._kind[here] = specimen.mesh.interface_kind[there]
+        self._kind = interface_kinds(specimen.mesh, interfaces)
 
     def write(self, frame: Frame, curves: Mapping[str, np.ndarray] | None = None) -> None:
         """Add one frame, with how far the test is in ``curves`` by then."""
