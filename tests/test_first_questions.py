@@ -181,11 +181,29 @@ def test_an_answer_that_is_no_number_is_shown_without_an_error_that_there_was_no
 def test_the_error_behind_an_answer_that_is_no_number_is_that_of_the_interpreter(how, said):
     asked = first_questions._Questions.__new__(first_questions._Questions)
     asked.law, asked.contact = None, SimpleNamespace(error="ValueError: too far", names=())
-    asked.points, answers = np.zeros((1, 2, 2)), np.zeros((1, 2, 2))
-    asked.interpreted = asked.compiled = answers
-    setattr(asked, how, np.where(answers == 0, np.nan, 0.0))
+    asked.points, answers = np.zeros((1, 2, 2)), np.full((1, 2, 2), np.nan)
     with pytest.raises(gl.ParameterError, match=f"at opening 0 m, slip 0 m the normal traction {said} be finite"):
-        asked._finite()
+        asked._finite(answers, how)
+
+
+class AsksAnArray(Hillerborg):
+    """What numba compiles, and what fails at every point."""
+
+    def traction(self, opening, slip, damage, widest):
+        moved = np.array([opening, slip])
+        return self.kn * opening if moved > 0 else 0.0, self.ks * slip, damage, widest
+
+
+ASKS = AsksAnArray(kn=1e14, ks=5e13, strength=13e6, energy=50)
+
+
+def test_a_law_that_fails_everywhere_is_told_once_and_not_asked_compiled(capfd):
+    """Compiled code has nobody to raise to: each point would print a traceback."""
+    with pytest.raises(gl.ParameterError, match=r"nan interpreted \(ValueError: The truth value of an array"):
+        ask_first_questions(Model(None, ASKS))
+    said = str(gl.check_law(ASKS)["compiled"])
+    assert "FAILS      it fails wherever it is asked: ValueError: The truth value of an array" in said
+    assert "Exception ignored" not in "".join(capfd.readouterr())
 
 
 def test_a_contact_is_driven_to_and_fro_and_sheared_when_broken():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 from grainlaw.compiler.batch import Compiled
@@ -58,15 +60,20 @@ class _Questions:
     """Paths, and the tractions along them interpreted and compiled."""
 
     def __init__(self, law: ContactLaw, compiled: Compiled) -> None:
-        self.law, self.contact = law, Contact(law)
+        self.law, self.contact, self._code = law, Contact(law), compiled
         paths = _paths(float(law.stiffness[0]))
         self.names = list(paths)
         self.points = np.stack(list(paths.values()))  #: (path, i, 2)
         self.interpreted = np.stack([self.contact.run(path.tolist()) for path in self.points])  #: (path, i, 2 + m)
-        self.compiled = run_together(compiled, self.points)
+
+    @functools.cached_property
+    def compiled(self) -> np.ndarray:
+        """The same compiled."""
+        return run_together(self._code, self.points)
 
     def ask(self) -> None:
-        self._finite()
+        self._finite(self.interpreted, "interpreted")  # first: what fails in compiled code can only be printed
+        self._finite(self.compiled, "compiled")
         self._equal()
         for name, mode in (("opening", 0), ("slip", 1), *((name, 1) for name in self.names if "under" in name)):
             self._not_stiffer(self.names.index(name), mode)
@@ -81,14 +88,13 @@ class _Questions:
     def _label(self, column: int) -> str:
         return ("normal traction", "shear traction", *self.contact.names)[column]
 
-    def _finite(self) -> None:
-        for answers, how in ((self.interpreted, "interpreted"), (self.compiled, "compiled")):
-            bad = np.argwhere(~np.isfinite(answers))
-            if len(bad):
-                path, i, column = bad[0].tolist()
-                why = f" ({self.contact.error})" if self.contact.error and how == "interpreted" else ""
-                value = answers[path, i, column]
-                self._refuse(path, i, f"the {self._label(column)} is {value} {how}{why}, it must be finite")
+    def _finite(self, answers: np.ndarray, how: str) -> None:
+        bad = np.argwhere(~np.isfinite(answers))
+        if len(bad):
+            path, i, column = bad[0].tolist()
+            why = f" ({self.contact.error})" if self.contact.error and how == "interpreted" else ""
+            value = answers[path, i, column]
+            self._refuse(path, i, f"the {self._label(column)} is {value} {how}{why}, it must be finite")
 
     def _equal(self) -> None:
         here = self.interpreted

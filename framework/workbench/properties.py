@@ -279,7 +279,10 @@ def compiled_equals_interpreted(bench: Bench) -> Finding | None:
     try:
         compiled = compile_law(bench.law)
     except CompilationError as error:
-        return Finding(f"does not compile: {' '.join(str(error).split())}")
+        return Finding(f"does not compile: {'; '.join(' '.join(line.split()) for line in str(error).splitlines())}")
+    if np.isnan(bench.first).all():  # what fails in compiled code would only be printed, at each point
+        bench.contact.step(0.0, 0.0, bench.contact.start)
+        return Finding(f"it fails wherever it is asked: {bench.contact.error or 'all answers are nan'}")
     names, paths = list(bench.paths), list(bench.paths.values())
     longest = max(map(len, paths))
     points = np.array([[*path, *[path[-1]] * (longest - len(path))] for path in paths])  # (path, i, 2)
@@ -411,6 +414,7 @@ def finite(bench: Bench) -> Finding | None:
         bad = np.argwhere(~np.isfinite(answers))
         if len(bad):
             i, j = bad[0]
+            bench.contact.run(path[: i + 1])  # the answers are known, what was wrong is not
             why = f" ({bench.contact.error})" if bench.contact.error else ""
             return Finding(f"{name}: {label(bench, j)} is {answers[i, j]} at {place(path[i])}{why}")
         if "damage" in bench.contact.names:
