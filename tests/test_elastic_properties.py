@@ -2,6 +2,7 @@
 
 import re
 import time
+import warnings
 from types import SimpleNamespace
 
 import attrs
@@ -191,6 +192,17 @@ def test_the_first_state_is_the_declared_stiffness():
     declared = gl.elastic_properties(specimen, BRITTLE)
     assert fresh.apparent_modulus == pytest.approx(declared.apparent_modulus, rel=1e-6)
     assert fresh.stiffness == pytest.approx(declared.stiffness, rel=1e-6, abs=1e3)
+
+
+def test_faces_that_are_apart_are_told_to_count_as_closed():
+    """Their moduli are those of closed ones; a state of a run knows better, and says nothing."""
+    specimen = small_sample(12)
+    apart, closed = (Friction(**STIFF, friction_angle=30, gap=gap) for gap in (2e-6, 0.0))
+    with pytest.warns(UserWarning, match="Friction counts with its stiffness, but the faces are 2e-06 m apart"):
+        found = gl.elastic_properties(specimen, apart)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert found.apparent_modulus == gl.elastic_properties(specimen, closed).apparent_modulus
 
 
 def test_a_closed_contact_without_a_bond_is_a_spring_along_its_length():

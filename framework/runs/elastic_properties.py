@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 from operator import is_not
 
@@ -74,6 +75,10 @@ def elastic_properties(
     order, sizes = laws_of_bonds(specimen, law)
     if state is None:
         warn_of_contacts(specimen, law)
+        for one, _ in sizes:
+            if words := one.exceptions.get("stiffness"):
+                name = type(one).__name__
+                warnings.warn(f"elastic_properties: {name} counts with its stiffness, but {words}", stacklevel=3)
         kn, ks = _declared(order, sizes)
         model = ElasticModel(specimen, kn, ks)
     else:
