@@ -178,12 +178,26 @@ def stress_answered(material: Material, names: tuple[str, ...], answer: Any) -> 
     return as_floats(material, "stress", "stress xx, yy and xy", 3, names, answer)
 
 
+def _check_entries(material: Any, count: int) -> None:
+    """Raise :class:`ParameterError` for a parameter, also of a part, with another number of entries than of grains."""
+    for field in attrs.fields(type(material)):
+        value = getattr(material, field.name)
+        if isinstance(value, np.ndarray) and value.shape != (count,):
+            raise ParameterError(
+                f"{type(material).__name__}: {field.name} has {value.size} entries, it must have one for each of the "
+                f"{count} grains of the material"
+            )
+        if attrs.has(type(value)):
+            _check_entries(value, count)
+
+
 def stiffness_of(material: Material, count: int = 1) -> np.ndarray:
     """(count, 3, 3) Pa, the declared stiffness at each of the ``count`` grains of a material.
 
     Raises :class:`ParameterError` for one that is not symmetric and positive definite.
     """
     name = type(material).__name__
+    _check_entries(material, count)
     try:
         declared = material.stiffness
     except Exception as error:

@@ -183,7 +183,8 @@ def test_a_run_goes_on_from_a_checkpoint_with_the_same_bits(tmp_path):
             {"c12": 100e9},
             r"Cubic.stiffness = \[9e\+10, 1e\+11, 0; .*\] Pa .* must be positive definite",
         ),
-        ({"c11": np.ones(7)}, "Cubic.stiffness = .* arrays with one entry for each of the 40 grains"),
+        ({"c11": np.full(7, 9e10)}, "Cubic: c11 has 7 entries, it must have one for each of the 40 grains"),
+        ({"c11": np.array([9e10])}, "Cubic: c11 has 1 entries, it must have one for each of the 40 grains"),
     ],
 )
 def test_a_bad_stiffness_is_refused(change, message):
