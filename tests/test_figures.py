@@ -191,12 +191,12 @@ def test_curves_of_several_laws_differ_in_colour_and_in_line(broken):
     looks = [(line.get_color(), line.get_linestyle()) for line in whole]
     assert [color for color, _ in looks] == list(COLORS[:3])
     assert len({style for _, style in looks}) == 3
-    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["a", "strength", "b", "c"]
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["a", "b", "c", "strength"]
 
 
 def test_results_in_a_list_are_named_by_their_laws(broken):
     axes = gl.plot_curves([broken, broken]).axes[0]
-    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["MohrCoulomb", "strength", "MohrCoulomb (2)"]
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["MohrCoulomb", "MohrCoulomb (2)", "strength"]
 
 
 # --- cracks ----------------------------------------------------------------------------------------------------------

@@ -515,6 +515,7 @@ def test_a_factor_with_the_name_of_a_result_is_refused_after_the_first_case(tmp_
     ("names", "unit", "words"),
     [
         (["strength"], "MPa", "the name 'strength' is not allowed, it is that of a property of tests"),
+        (["status"], "MPa", "the name 'status' is not allowed, it is that of a property of tests"),
         (["bounce", "bounce"], "MPa", "Study: measures: two are named 'bounce', each must have a name of its own"),
         (["bounce"], "MPaa", "unit = 'MPaa' is not allowed"),
     ],

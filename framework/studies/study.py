@@ -38,7 +38,7 @@ from grainlaw.runs.record import program
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.studies.case import FINISHED, SAME, Done, Recipe, Task, compiled
 from grainlaw.studies.cost import StudyCost, cost_of
-from grainlaw.studies.design import Design, Factors, check_results, check_signature, factorial, listed
+from grainlaw.studies.design import RESERVED, Design, Factors, check_results, check_signature, factorial, listed
 from grainlaw.studies.store import KILLED, WRITTEN, InMemory, Kept, Store
 from grainlaw.studies.table import Table
 from grainlaw.studies.workers import Watcher, Whole, carry_all, workers
@@ -318,7 +318,7 @@ def _check_measures(measures: Sequence[Measure], factors: Iterable[str]) -> None
     """Raise :class:`ParameterError` for a unit that is none, and for a name that another, a test or a factor has."""
     check_measures("Study", measures)
     names = {measure.quantity.name for measure in measures}
-    if taken := (names - {*MEASURES}) & {*SHARED}:
+    if taken := (names - {*MEASURES}) & {*SHARED, *RESERVED}:
         raise ParameterError(
             f"Study: measures: the name '{min(taken)}' is not allowed, it is that of a property of tests"
         )

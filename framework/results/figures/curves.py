@@ -213,7 +213,8 @@ def plot_curves(
     for k, (name, result) in enumerate(results.items()):
         look: dict[str, Any] = {"color": color(k), "linestyle": style(k)}
         axes.plot(result.shown(across), result.shown(up), label=name, linewidth=1.5, **look)
-        _mark_strength(axes, across, up, result, color=look["color"])
+    for k, result in enumerate(results.values()):  # after the names of all curves in the legend
+        _mark_strength(axes, across, up, result, color=color(k))
     for k, (name, curve) in enumerate(beside.items()):  # in the units of ours
         x_shown, y_shown = (curve.curves[column] * result.quantity(column).factor for column in (across, up))
         axes.plot(x_shown, y_shown, label=name, linewidth=1.0, color=BLACK, linestyle=style(k))
