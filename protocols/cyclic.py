@@ -24,10 +24,15 @@ from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 
 
+def _as_tuple(value: Any) -> Any:
+    listed = value.tolist() if isinstance(value, np.ndarray) else value
+    return tuple(listed) if isinstance(listed, list) else listed
+
+
 def _is_growing(test: Cyclic, attribute: attrs.Attribute, value: Sequence[float]) -> None:
     numbers = isinstance(value, tuple) and all(is_number(level) and math.isfinite(level) for level in value)
     if not numbers or not value or list(value) != sorted(set(value)) or value[0] <= 0:
-        raise refusal("Cyclic: levels", value, "a tuple of positive numbers in SI without units, each above the last")
+        raise refusal("Cyclic: levels", value, "a list of positive numbers in SI, each above the last")
 
 
 @attrs.frozen(kw_only=True)
@@ -40,7 +45,9 @@ class Cyclic(LoadingProtocol):
 
     test: LoadingProtocol = part(LoadingProtocol, UniaxialCompression())  #: the test that is interrupted
     #: values of the column displacement at which it is unloaded
-    levels: tuple[float, ...] = attrs.field(validator=_is_growing)
+    levels: tuple[float, ...] = attrs.field(
+        converter=_as_tuple, validator=_is_growing, metadata={"unit": "1", "bounds": ""}
+    )
     displacement: str = STRAIN  #: column that names the levels
     load: str = STRESS  #: column that falls on unloading
     unload_to: float = parameter("1", default=0.1, at_least=0, below=1)  #: unloading ends at this share of the load

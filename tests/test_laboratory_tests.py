@@ -356,10 +356,13 @@ def test_a_test_without_a_drive_cannot_be_reversed():
         Cyclic(test=Cyclic(levels=(1e-3,)), levels=(2e-3,))
 
 
-@pytest.mark.parametrize("levels", [(), (0.2, 0.1), (-0.1,), [0.1], (True, 2), (math.nan,), (1e-3, math.inf)])
+@pytest.mark.parametrize(
+    "levels", [(), (0.2, 0.1), (-0.1,), 0.1, [0.2, 0.1], (True, 2), (math.nan,), (1e-3, math.inf), np.array(0.1)]
+)
 def test_levels_must_grow(levels):
     with pytest.raises(gl.ParameterError, match="Cyclic: levels"):
         Cyclic(levels=levels)
+    assert Cyclic(levels=[0.1, 0.2]) == Cyclic(levels=np.array([0.1, 0.2])) == Cyclic(levels=(0.1, 0.2))
 
 
 def test_a_level_beyond_the_end_of_the_test_is_refused():
