@@ -200,8 +200,7 @@ def first_response(bench: Bench) -> Finding | None:
     bonded = is_bonded(bench.contact, bench.scale.tension)
     signs, closure = ((1, -1), 0.0) if bonded else ((-1,), opened)
     probes = [(0, sign * opened, 0.0) for sign in signs] + [(1, sign * slipped, -closure) for sign in (1, -1)]
-    asked = [ask(bench, *probe) for probe in probes for ask in (_limit, _stiffest)]
-    found = [finding for finding in asked if finding]
+    found = [finding for probe in probes for finding in (_limit(bench, *probe), _stiffest(bench, *probe)) if finding]
     return max(found, key=lambda finding: finding.size, default=None)
 
 
