@@ -168,6 +168,15 @@ def test_the_table_is_printed_or_written(stored):
     assert parquet.exists()
 
 
+def test_the_first_column_that_the_table_shows_is_drawn(stored, monkeypatch):
+    """Of a test of one's own, which has no strength, too."""
+    _, _, folder = stored
+    own = table_of([row({"law": law}, {"relief": 2e6}) for law in "ab"], folder / "own")
+    ours = SimpleNamespace(study=SimpleNamespace(table=lambda _: own), folder=folder / "own", over=["law"])
+    monkeypatch.setattr(cli, "study_of", lambda file, assignments, quick: ours)
+    assert invoke("study", "plot", "x.toml").output == f"written to {folder / 'own' / 'relief.png'}\n"
+
+
 def test_what_a_study_ran_and_why_cases_failed_is_said(stored):
     table, calls, folder = stored
     done = invoke("study", "x.toml", "--workers", 3, "--shard", "2/5", "--out", folder)
@@ -294,8 +303,9 @@ def test_cases_that_fail_are_told_and_not_tried_again(tmp_path):
 @pytest.mark.thorough
 def test_pictures_and_a_report_are_study_file(done, tmp_path):
     file, _ = done
-    assert f"written to {file.with_suffix('') / 'strength.png'}" in invoke("study", "plot", file, "--quick").output
-    assert min(imread(file.with_suffix("") / "strength.png").shape[:2]) > 200
+    written = file.with_suffix("") / "largest_stress.png"  # they have no strength, they did not fail
+    assert f"written to {written}" in invoke("study", "plot", file, "--quick").output
+    assert min(imread(written).shape[:2]) > 200
     result = invoke("study", "plot", file, "--quick", "--column", "modulus", "--to", tmp_path / "m.svg")
     assert result.exit_code == 0, result.output
     assert (tmp_path / "m.svg").read_text().startswith("<?xml")

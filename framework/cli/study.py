@@ -230,13 +230,14 @@ def table(chosen: StudyFile, folder: Path, *, csv: Path | None, parquet: Path | 
 
 @study.command()
 @file_options
-@click.option("--column", default="strength", show_default=True, help="Column of the table.")
+@click.option("--column", help="Column of the table.  [default: the first that the table shows, as strength]")
 @click.option("--to", type=click.Path(path_type=Path), help="File to write.  [default: COLUMN.png in the folder]")
-def plot(chosen: StudyFile, folder: Path, *, column: str, to: Path | None) -> None:
+def plot(chosen: StudyFile, folder: Path, *, column: str | None, to: Path | None) -> None:
     """Draw a column: each case, and means with their intervals."""
-    file = folder / f"{column}.png" if to is None else to
     with refusing():
         found = _with_rows(chosen, folder)
+        column = column or next(iter(found.main), "strength")
+        file = folder / f"{column}.png" if to is None else to
         figure = found.plot(column, over=chosen.over)
         if file.suffix[1:].lower() not in (known := figure.canvas.get_supported_filetypes()):
             raise ParameterError(f"--to = '{file}' is not allowed, its ending must be one of {', '.join(known)}")
