@@ -59,7 +59,10 @@ class Cyclic(LoadingProtocol):
     @property
     def quantities(self) -> Sequence[Quantity]:
         """Those of each loop, and of the other test."""
-        loops = Quantity("unloading_moduli", "GPa", form=".2f"), Quantity("lost_work", "kJ/m3")
+        loops = (
+            Quantity("unloading_moduli", "GPa", form=".2f"), Quantity("lost_work", "kJ/m3"),
+            Quantity("residual_strains", "%", form=".4f"),
+        )  # fmt: skip
         return (*loops, *self.test.quantities)
 
     @property
@@ -99,9 +102,10 @@ class Cyclic(LoadingProtocol):
         return self.test.counted(curves, first)
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
-        """That of the other test, and of each loop modulus of unloading (Pa), lost work (J/m3) and Felicity ratio.
+        """That of the other test, and of each loop: modulus (Pa), lost work (J/m3), residual strain, Felicity ratio.
 
-        The lost work is the area between the unloading and the reloading curve, up to the level. The Felicity ratio is
+        The lost work is the area between the unloading and the reloading curve, up to the level. The residual strain is
+        where the line through both ends of the unloading bears nothing. The Felicity ratio is
         the load at which contact points break again on reloading, over the largest load before: 1 where the rock
         remembers it (Kaiser effect), nan where none breaks before the next level.
         """
@@ -110,7 +114,7 @@ class Cyclic(LoadingProtocol):
         seen = self.test.counted(curves, begin)  # as the levels count
         x, y, stage = (seen[name] for name in (self.displacement, self.load, STAGE))
         first = int(stage[0]) if len(stage) else 0
-        moduli, lost, felicity = [], [], []
+        moduli, lost, residual, felicity = [], [], [], []
         broken = cracks(seen)
         for number in range(len(self.levels)):
             unload = np.flatnonzero(stage == first + 2 * number + 1)
@@ -118,9 +122,11 @@ class Cyclic(LoadingProtocol):
             if len(unload) < 2 or len(reload) < 2:
                 break
             moduli.append(float((y[unload[-1]] - y[unload[0]]) / (x[unload[-1]] - x[unload[0]])))
+            residual.append(float(x[unload[-1]] - y[unload[-1]] / moduli[-1]))
             at = np.linspace(x[unload].min(), self.levels[number], 400)
             down = np.interp(at, x[unload][::-1], y[unload][::-1])
             lost.append(work(np.interp(at, x[reload], y[reload]) - down, at))
             again = reload[broken[reload] > broken[unload[-1]]]
             felicity.append(float(y[again[0]] / y[: reload[0]].max()) if len(again) else float("nan"))
-        return {**found, "unloading_moduli": moduli, "lost_work": lost, "felicity_ratios": felicity}
+        loops = {"unloading_moduli": moduli, "lost_work": lost, "residual_strains": residual}
+        return {**found, **loops, "felicity_ratios": felicity}

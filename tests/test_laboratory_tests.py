@@ -329,6 +329,7 @@ def test_the_loops_of_given_curves_lose_what_they_enclose():
     given = {"x": x, "y": y, "stage": stage, "shear_cracks": 0 * x}
     found = test.summary(given | {"tensile_cracks": np.array([0, 3, 3, 3] + 12 * [4])}, None)
     assert np.isnan(found.pop("felicity_ratios")).tolist() == [True, True]
+    assert found.pop("residual_strains") == [1.0, 3.0]
     assert found == {"kept": 1, "unloading_moduli": [2.0, 6.0], "lost_work": pytest.approx([0.5, 1.5], rel=1e-4)}
     # A contact point breaks at 1.5 of the 2 before, then one at all of the 6 before; one in unloading does not count.
     y[6] = 1.5
@@ -339,8 +340,12 @@ def test_the_loops_of_given_curves_lose_what_they_enclose():
                "shear_cracks": np.repeat([0, 1, 2, 3, 4], [6, 1, 1, 6, 2])}  # fmt: skip
     assert attrs.evolve(test, levels=(1, 2)).summary(sheared, None) == {
         "kept": 1, "unloading_moduli": [4.0, 12.0], "lost_work": pytest.approx([0.125, 0.75], rel=1e-4),
-        "felicity_ratios": [0.75, 1.0],
+        "residual_strains": [0.5, 1.5], "felicity_ratios": [0.75, 1.0],
     }  # fmt: skip
+    higher = y + 0.5  # what is left when unloading ends is drawn on to nothing
+    assert test.summary({**given, "y": higher, "tensile_cracks": 0 * x}, None)["residual_strains"] == pytest.approx(
+        [1 - 0.5 / 2, 3 - 0.5 / 6]
+    )
     first = {name: values[:9] for name, values in given.items()} | {"tensile_cracks": np.zeros(9)}
     assert test.summary(first, None)["unloading_moduli"] == [2.0]  # it was not unloaded again
     for ends, count in ((14, 2), (13, 1), (11, 1), (7, 1), (6, 0)):  # of a loop, two rows down and two up
