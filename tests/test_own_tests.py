@@ -293,4 +293,4 @@ def test_a_picture_marks_the_strength_of_the_stage_that_the_test_judges():
         0
     ]
     said = [text.get_text() for text in both.get_legend().get_texts()]
-    assert said == ["one", "strength", "largest load", "other"]  # each mark is explained once
+    assert said == ["one", "other", "strength", "largest load"]  # each mark is explained once
