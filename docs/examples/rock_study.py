@@ -43,10 +43,7 @@ FACTORS = {
     "minerals": ("one", "three"),  #: mica is half as stiff, its bonds have half of the strength
 }
 PLAIN = {factor: levels[0] for factor, levels in FACTORS.items()}
-LARGE = {
-    "cells": (1,),
-    "residual": (5, 30, 45),
-}  #: levels of the design with larger specimens: whole grains, one angle more
+LARGE = {"cells": (1,), "residual": (5, 30, 45)}  #: levels of the design with larger specimens, whole grains
 
 
 class Drop(gl.Measure):
@@ -265,7 +262,8 @@ def large_table(
 ):
     """What each ingredient changes, over all combinations of the others, in a row for each number of grains."""
     of_size = {f"{each.rows[0]['count']:,}": quantities(each) for each in designs}
-    pairs = list(changes(quantities(designs[-1])))
+    *_, largest = of_size.values()
+    pairs = list(changes(largest))
     rows = [
         [QUANTITIES[name][0], size, *(shown(name, *effect(found, name, *pair)) for pair in pairs)]
         for name, (size, found) in itertools.product(names, of_size.items())

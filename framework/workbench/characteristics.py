@@ -126,7 +126,7 @@ def _failure(drive: Callable[[np.ndarray], Answer], steps: int, pressure: float)
     scale = peak_along(traction[1:], damage[1:])
     if scale is None:
         return Mode(pressure=pressure, peak=math.nan if np.any(traction > 0) else 0.0)
-    past, broken = 1.2 * scale.displacement, max(1.1 * scale.breaking, 1.5 * scale.displacement)
+    past, broken = 1.2 * scale.displacement, max(scale.broken, 1.5 * scale.displacement)
     coarse = np.concatenate([
         np.linspace(0, past, steps), np.linspace(past, broken, steps)[1:], np.geomspace(broken, LONG * broken, 60)[1:],
     ])  # fmt: skip

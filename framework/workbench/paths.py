@@ -15,7 +15,7 @@ Corners = Sequence[tuple[float, float]]  #: (opening, slip) in m
 def designed_paths(scale: Scale) -> dict[str, Corners]:
     """Closed paths that find the faults which random paths miss."""
     t, s = scale.tension.displacement, scale.shear.displacement
-    to, so = 1.1 * scale.tension.breaking, 1.1 * scale.shear.breaking
+    to, so = scale.tension.broken, scale.shear.broken
     th, sh = scale.tension.half_broken, scale.shear.half_broken
     c, d, far = scale.closures[1], scale.closures[3], scale.far
     paths: dict[str, Corners] = {

@@ -103,7 +103,7 @@ def friction(bench: Bench) -> Finding | None:
     moved = creep(bench) or stronger_in_tension(bench)
     if moved:
         return moved
-    histories = {"shear": [(0.0, 0.0)], "break by pulling, shear": [(0.0, 0.0), (1.1 * scale.tension.breaking, 0.0)]}
+    histories = {"shear": [(0.0, 0.0)], "break by pulling, shear": [(0.0, 0.0), (scale.tension.broken, 0.0)]}
     for history, before in histories.items():
         runs = []
         for closure in scale.closures:
@@ -335,7 +335,7 @@ def mended(bench: Bench) -> Finding | None:
     if "damage" not in bench.contact.names:
         return None
     peak = bench.scale.tension
-    path = even_steps([(0.0, 0.0), (1.1 * peak.breaking, 0.0), (0.0, 0.0), (1.1 * peak.breaking, 0.0)], FINE)
+    path = even_steps([(0.0, 0.0), (peak.broken, 0.0), (0.0, 0.0), (peak.broken, 0.0)], FINE)
     answers = bench.contact.run(path)
     broken = np.flatnonzero(bench.memory(answers, "damage") >= 1)
     if not len(broken):

@@ -27,6 +27,11 @@ class Peak:
         """A displacement (m) between the peak and the break."""
         return self.displacement + 0.3 * (self.breaking - self.displacement)
 
+    @property
+    def broken(self) -> float:
+        """A displacement (m) beyond the break."""
+        return 1.1 * self.breaking
+
 
 FAR = np.geomspace(1e-13, 1e-1, 500)  #: m, twelve decades in which a peak is looked for
 

@@ -211,8 +211,8 @@ def plot_curves(
     results = _of_test(results, across)
     figure, axes = given_or_new("plot_curves", ax, (6.4, 4.4))
     for k, (name, result) in enumerate(results.items()):
-        look: dict[str, Any] = {"color": color(k), "linestyle": style(k)}
-        axes.plot(result.shown(across), result.shown(up), label=name, linewidth=1.5, **look)
+        x_shown, y_shown = result.shown(across), result.shown(up)
+        axes.plot(x_shown, y_shown, label=name, linewidth=1.5, color=color(k), linestyle=style(k))
     for k, result in enumerate(results.values()):  # after the names of all curves in the legend
         _mark_strength(axes, across, up, result, color=color(k))
     for k, (name, curve) in enumerate(beside.items()):  # in the units of ours
