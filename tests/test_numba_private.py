@@ -2,8 +2,10 @@
 
 import collections
 import ctypes
+import gc
 import json
 import math
+import operator
 import os
 import threading
 
@@ -12,6 +14,7 @@ import numpy as np
 import pytest
 from numba import njit
 from numba import types as nb
+from numba.core.types.functions import BaseFunction
 from numba.extending import intrinsic
 
 from grainlaw.compiler import numba_inner
@@ -167,6 +170,30 @@ def inner_options():
         assert ctypes.c_void_p.from_address(place).value == id(environment)
 
 
+def sooner():
+    """numba is asked once which addition two numbers have; afterwards, also where that fails, all is as it was."""
+    asked, usual, collected = [], BaseFunction.get_call_type, []
+
+    def count(self, context, arguments, named):
+        asked.append((self.typing_key, arguments))
+        collected.append(gc.isenabled())
+        return usual(self, context, arguments, named)
+
+    BaseFunction.get_call_type = count
+    try:
+        options = numba_inner.sooner({"error_model": "numpy"})
+        twice = njit(**options)(lambda x: x + x)
+        assert njit(**options)(lambda x, y: x + y + x + twice(y) + y)(1.0, 0.5) == 4.0
+        assert asked.count((operator.add, (nb.float64, nb.float64))) == 2  # once for each way to compile
+        assert not any(collected)
+        with pytest.raises(private.NumbaError, match="add"):
+            njit(**options)(lambda x: x + math.sin)(1.0)
+        assert BaseFunction.get_call_type is count
+        assert gc.isenabled()
+    finally:
+        BaseFunction.get_call_type = usual
+
+
 def uncounted():
     """A function whose arrays are not counted gives what others give; one that makes arrays does not compile."""
     rows = collections.namedtuple("Rows", "a b")(np.array([1.0, 2.0]), np.array([[3.0, 4.0]]))
@@ -284,7 +311,7 @@ PIECES = {
     "VERSIONS": versions, "processor": processor,
     "FOLDERS": folders, "NumbaError": numba_error, "python_function": python_function,
     "definition": definition, "compile_for": compile_for, "return_type": return_type, "address_of": address_of,
-    "is_number": is_number, "inner_options": inner_options, "uncounted": uncounted,
+    "is_number": is_number, "inner_options": inner_options, "sooner": sooner, "uncounted": uncounted,
     "is_tuple_of_numbers": is_tuple_of_numbers, "named_tuple_method": named_tuple_method, "DiskCache": disk_cache,
     "NotKeptError": not_kept_error, "use_cache": use_cache, "call": call, "Table": table, "place_of": place_of,
     "laid": laid, "atomic_add": atomic_add, "atomic_load": atomic_load, "atomic_store": atomic_store,

@@ -17,7 +17,7 @@ from typing import Any
 import numba
 
 from grainlaw.compiler.cache_folder import Folder, NotPrivateError, cache_folder, limit
-from grainlaw.compiler.numba_inner import inner_options, uncounted
+from grainlaw.compiler.numba_inner import inner_options, sooner, uncounted
 from grainlaw.compiler.numba_private import DiskCache, NotKeptError, use_cache
 from grainlaw.fields import ParameterError
 
@@ -27,8 +27,8 @@ FUSED = set() if PORTABLE else {"contract"}
 _begun: list[str] = []  #: keys of what was compiled, or found on disk
 _ENTRY: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": FUSED}
 OPTIONS = inner_options(_ENTRY)  #: how every kernel is compiled; those that Python calls go through :func:`keyed_njit`
-_BY_PYTHON = {**_ENTRY, "no_cfunc_wrapper": True}
-_BY_ADDRESS = {**_ENTRY, "no_cpython_wrapper": True}
+_BY_PYTHON = sooner({**_ENTRY, "no_cfunc_wrapper": True})
+_BY_ADDRESS = sooner({**_ENTRY, "no_cpython_wrapper": True})
 PASS = uncounted(OPTIONS)  #: the same for passes over tables of many arrays; they make no arrays
 
 
