@@ -10,6 +10,7 @@ from grainlaw.arguments import Checked
 from grainlaw.columns import Panel
 from grainlaw.conditions import Curves
 from grainlaw.engine.state import State
+from grainlaw.fields import ParameterError
 from grainlaw.messages import refusal
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
@@ -77,4 +78,10 @@ def stages_of(protocol: LoadingProtocol, specimen: Specimen) -> list[Stage]:
     found = protocol.stages(specimen)
     if not isinstance(found, Sequence) or not found or not all(isinstance(each, Stage) for each in found):
         raise refusal(f"{type(protocol).__name__}.stages", found, "a list of at least one gl.Stage")
+    names = [stage.name for stage in found]
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise ParameterError(
+            f"{type(protocol).__name__}.stages: two are named {twice[0]!r}, each must have a name of its own: by it a "
+            "result is asked for what happened since a stage"
+        )
     return list(found)

@@ -133,6 +133,13 @@ def test_a_test_without_stages_is_refused(stages):
         gl.simulate(small_sample(12), BRITTLE, protocol)
 
 
+def test_two_stages_of_one_name_are_refused():
+    load = gl.Stage(name="load", loads=[BOTTOM], until=[gl.conditions.Lasts(1e-5)], interval=1e-5)
+    protocol = type("Loads", (Pulled,), {"stages": lambda self, specimen: [load, load]})()
+    with pytest.raises(gl.ParameterError, match=r"Loads.stages: two are named 'load'"):
+        gl.simulate(small_sample(12), BRITTLE, protocol)
+
+
 # --- how a test ends --------------------------------------------------------------------------------------------------
 
 
