@@ -237,7 +237,8 @@ class Hold(Forced):
     """A boundary under a force: a platen whose nodes all move by the same amount along one axis.
 
     ``stress`` is the force over the undeformed length of the boundary, positive along the axis. A spring of
-    ``stiffness`` (constant normal stiffness) pulls the platen back to its place at the start of the stage.
+    ``stiffness`` (constant normal stiffness) pulls the platen back to its place at the start of the stage, or of the
+    first of the stages one after the other that hold this boundary by such a spring.
     """
 
     boundary: str  #: name of the boundary

@@ -76,6 +76,9 @@ class Cyclic(LoadingProtocol):
         if not any(load.moves for load in main.of(Drive)):
             wanted = f"one whose last stage, here '{main.name}', has a Drive to reverse"
             raise refusal("Cyclic: test", self.test, wanted)
+        if any(isinstance(end, FallsTo) and end.column == self.displacement for end in main.until):
+            wanted = f"one whose last stage, here '{main.name}', raises the {self.displacement}, by which levels count"
+            raise refusal("Cyclic: test", self.test, wanted)
         ends = (end for end in main.until if isinstance(end, Reaches) and end.column == self.displacement)
         if (limit := min((end.limit for end in ends), default=math.inf)) < self.levels[-1]:
             raise ParameterError(

@@ -140,9 +140,6 @@ class JointTension(LoadingProtocol):
         )  # fmt: skip
 
 
-SHEARS = 1  #: number of the stage that shears, after that which presses
-
-
 @attrs.frozen(kw_only=True)
 class DirectShear(LoadingProtocol):
     """Press, shear to ``maximum_slip``, and shear back to ``reverse_to`` times it.
@@ -234,9 +231,11 @@ class DirectShear(LoadingProtocol):
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """Strength, slip there (displacement in a box), largest stress, certificate; the residual one after a failure.
 
-        It is that at the end of shearing.
+        It is that at the end of shearing: of the last stage that has moved the upper half forwards.
         """
-        end = int(np.flatnonzero(curves[STAGE] == SHEARS)[-1]) if SHEARS in curves[STAGE] else -1
+        stage, way = curves[STAGE], curves["displacement"]
+        each = [np.flatnonzero(stage == number) for number in np.unique(stage)]
+        end = next((of[-1] for of in reversed(each) if way[of[-1]] > way[of[0]]), -1)
         slip = {"failure_slip": "slip" if "slip" in curves else "displacement"}
         found = failure_summary(curves, "shear_stress", "displacement", slip, residual_stress=math.nan)
         residual = math.nan if math.isnan(found["strength"]) else float(curves["shear_stress"][end])

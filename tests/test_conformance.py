@@ -39,6 +39,13 @@ def test_a_sound_law_passes(law):
     assert str(report).splitlines()[0] == f"{type(law).__name__} conforms"
 
 
+@pytest.mark.parametrize("law", [Hillerborg(kn=1e15, energy=200.0, strength=1e6)], ids=["breaks far beyond its peak"])
+def test_a_sound_law_passes_whose_break_is_far_beyond_its_peak(law):
+    """A rise that is a millionth of a leg is no jump."""
+    report = gl.check_law(law, compiled=False)
+    assert report.passed, str(report)
+
+
 @pytest.mark.thorough
 def test_every_scale_passes():
     """Paths follow the law: a clay and a diamond are tried like a rock."""

@@ -20,7 +20,7 @@ from grainlaw.laws import (
     MunjizaJoint,
     XuNeedleman,
 )
-from grainlaw.protocols import DirectShear, JointTension, UniaxialTension
+from grainlaw.protocols import Cyclic, DirectShear, JointTension, UniaxialTension
 
 TOUGH = {"mode_i_energy": 150, "mode_ii_energy": 300}
 EVEN = {name: value for name, value in STRONG.items() if name != "friction_angle"}
@@ -126,6 +126,38 @@ def test_a_rough_joint_rises_and_hardens_under_constant_stiffness():
     assert np.polyfit(rise, stress, 1)[0] == pytest.approx(5e12, rel=0.02)
     assert runs[1]["shear"][-1] > 1.5 * runs[0]["shear"][-1]
     assert runs[1]["shear"][-1] / -runs[1]["normal"][-1] == pytest.approx(np.tan(np.radians(40)), rel=2e-3)
+
+
+@pytest.mark.parametrize("reverse_to", [-0.5, 1.0], ids=["reversed", "cyclic"])
+def test_a_spring_goes_on_where_a_joint_is_sheared_back(reverse_to):
+    """Its force follows from the dilation since it began, whatever stages there are."""
+    test = DirectShear(
+        normal_stress=10e6, normal_stiffness=5e12, loading=gl.Constant(speed=0.05), maximum_slip=20e-6,
+        resolution=4e-7, reverse_to=reverse_to,
+    )  # fmt: skip
+    if reverse_to == 1.0:
+        test = Cyclic(test=test, levels=(10e-6,), displacement="displacement", load="shear_stress")
+    curves = gl.simulate(blocks(2e-3), ROUGH, test).curves
+    sheared = np.flatnonzero(curves["stage"] > 0)
+    assert curves["stage"][-1] == (2 if reverse_to < 1 else 3)
+    rise = curves["dilation"][sheared] - curves["dilation"][sheared[0] - 1]
+    assert np.ptp(rise) > 2e-6
+    assert curves["normal_stress"][sheared] == pytest.approx(10e6 + 5e12 * rise, rel=0.03)
+
+
+def test_the_residual_stress_is_that_at_the_end_of_shearing():
+    once = DirectShear(normal_stress=10e6, loading=gl.Constant(speed=0.05), maximum_slip=40e-6, resolution=4e-7)
+    cyclic = Cyclic(test=once, levels=(10e-6,), displacement="displacement", load="shear_stress")
+    soft = MohrCoulomb(**STRONG | {"kn": 5e12, "ks": 2.5e12})
+    for test in (once, attrs.evolve(once, reverse_to=0.0), cyclic):
+        result = gl.simulate(blocks(2e-3), soft, test)
+        assert result.summary["residual_stress"] == pytest.approx(10e6 * np.tan(np.radians(5)), rel=0.02), test
+
+
+def test_loops_of_a_joint_that_is_sheared_back_are_refused():
+    test = DirectShear(normal_stress=1e6, reverse_to=-1)
+    with pytest.raises(gl.ParameterError, match=r"last stage, here 'reverse', raises the displacement"):
+        Cyclic(test=test, levels=(1e-5,), displacement="displacement", load="shear_stress").stages(blocks(2e-3))
 
 
 @pytest.mark.thorough

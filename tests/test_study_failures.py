@@ -20,7 +20,7 @@ from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import Linear
 from grainlaw.protocols import UniaxialCompression
 from grainlaw.runs import identity, progress_file
-from grainlaw.runs.identity import Unknown, digest
+from grainlaw.runs.identity import Unknown, digest, own_modules
 from grainlaw.runs.stopping import Stop
 from grainlaw.studies import store as stores
 from grainlaw.studies import study as studies
@@ -465,6 +465,32 @@ def test_a_class_of_ones_own_is_known_by_what_it_is_not_by_its_file(tmp_path, mo
         sys.modules.pop(name)
     assert found["one_name"] == found["other_name"]
     assert not set(found["one_name"]) & set(found["third_name"])
+
+
+@pytest.mark.parametrize("code", ["getattr(own_constants, name)", "vars(own_constants)[name]"])
+def test_what_is_found_by_a_text_counts_with_all_that_its_module_says(tmp_path, monkeypatch, code):
+    monkeypatch.syspath_prepend(tmp_path)
+    found = []
+    for value in ("10e6", "10e6", "5e6"):
+        (tmp_path / "own_constants.py").write_text(f"STRENGTH = {value}\n")
+        (tmp_path / "own_reader.py").write_text(f"import own_constants\ndef case(name):\n    return {code}\n")
+        importlib.invalidate_caches()
+        case = importlib.import_module("own_reader").case
+        found.append(digest(case))
+        assert own_modules(case) == {"own_reader", "own_constants"}
+        for name in ("own_constants", "own_reader"):
+            del sys.modules[name]
+    assert found[0] == found[1] != found[2]
+
+
+def found_by_a_text(name):
+    return globals()[name]
+
+
+def test_a_case_that_may_find_anything_is_refused_before_anything_is_run(tmp_path):
+    """In another process it would find only what code names."""
+    with pytest.raises(gl.ParameterError, match=r"cannot be told: found_by_a_text calls globals\(\): keep in a dict"):
+        gl.Study(lambda name: found_by_a_text(name), name=["tiny"]).run(tmp_path / "s", progress=False)
 
 
 def test_a_worker_says_what_it_does_in_a_file_of_its_own(tmp_path, monkeypatch):

@@ -1,7 +1,8 @@
 """What a case or a run is known by: versions, the code of the user's own that it reaches, and values.
 
 The code is walked as for compiled laws, so that comments and what is not used do not count. Grainlaw and installed
-packages count by their versions. Files, the clock and chance that code reads are not seen, nor modules that it imports
+packages count by their versions, and a module from which code takes something by a text (``getattr``) by all that its
+file says. Files, the clock and chance that code reads are not seen, nor modules that it imports
 when it is called: give as levels what files say.
 """
 
@@ -23,7 +24,7 @@ from typing import Any
 import attrs
 
 import grainlaw
-from grainlaw.compiler.fingerprint import Hasher, NotCompilable
+from grainlaw.compiler.fingerprint import Hasher, NotCompilable, global_names, references
 from grainlaw.compiler.origin import VERSIONS, in_library
 from grainlaw.declared import file_of, file_of_function
 from grainlaw.fields import ParameterError
@@ -132,7 +133,7 @@ def _walked(things: tuple[Any, ...]) -> _Walk:
     try:
         for thing in things:
             walk.feed(thing, "")
-    except NotCompilable as error:  # a variable of an enclosing function that has no value yet
+    except NotCompilable as error:  # a variable of an enclosing function that has no value yet, or globals()
         raise Unknown(str(error)) from None
     return walk
 
@@ -190,10 +191,23 @@ class _Walk(Hasher):
         if is_own(file_of_function(function)):
             self.own.add(function.__module__)
             super().function(function, where)
+            self._found_by_text(function)
             return
         self.word("of a library", function.__module__, function.__qualname__, _release(function.__module__))
         for cell in function.__closure__ or ():  # what it encloses may be the user's
             self.named(cell.cell_contents, where)
+
+    def _found_by_text(self, function: types.FunctionType) -> None:
+        """All that modules of the user's own hold, by their files, where code may take from them by a text."""
+        called = global_names(function)
+        if called.get("globals") is globals:
+            raise NotCompilable(f"{function.__qualname__} calls globals(): keep in a dict what it shall find by a text")
+        if called.get("getattr") is getattr or called.get("vars") is vars:
+            for name, module in references(function):
+                file = getattr(module, "__file__", None) if isinstance(module, types.ModuleType) else None
+                if file and is_own(file):
+                    self.own.add(module.__name__)
+                    self.word(name, _content(Path(file)))
 
     def kind(self, kind: type, where: str) -> None:
         """A class; one of the user's with its bases and all that it defines."""

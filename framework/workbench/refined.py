@@ -16,6 +16,7 @@ from grainlaw.workbench.paths import Corners
 from grainlaw.workbench.scale import Scale
 
 COARSEST, FINEST = 1 / 12, 2.0**-22  #: steps, as shares of a leg
+BEFORE_PEAK = 1e-4  #: the finest step over the displacement of the nearer peak, where the leg is far longer
 MOST_JUMPS, MOST_STEPS = 12, 20_000  #: of a path; then it goes on in coarse steps
 
 
@@ -57,8 +58,9 @@ def drive(contact: Contact, name: str, corners: Corners, scale: Scale) -> Respon
     answer = contact.step(*at, contact.start)
     points, answers, reached = [at], [answer], [0]
     jumps: list[Jump] = []
+    nearer = min(scale.tension.displacement, scale.shear.displacement)
     for start, end in itertools.pairwise(corners):
-        x, h = 0.0, COARSEST
+        x, h, finest = 0.0, COARSEST, min(FINEST, BEFORE_PEAK * nearer / (math.dist(start, end) or nearer))
         while x < 1:
             share = min(x + h, 1.0)
             trial = (start[0] + (end[0] - start[0]) * share, start[1] + (end[1] - start[1]) * share)
@@ -69,7 +71,7 @@ def drive(contact: Contact, name: str, corners: Corners, scale: Scale) -> Respon
             normal, shear = abs(new[0] - answer[0]) / limit, abs(new[1] - answer[1]) / scale.sheared
             change = max(normal, shear)
             fine = len(jumps) < MOST_JUMPS and len(points) < MOST_STEPS
-            if change > 1 and fine and h > FINEST:
+            if change > 1 and fine and h > finest:
                 h /= 2
                 continue
             if change > 1 and fine:

@@ -22,12 +22,12 @@ class PlatenArrays(NamedTuple):
     """Platens (k). Their motion has a row for each thread: every thread computes it, so that none has to wait."""
 
     column: Constant  #: (k,) column of the schedule with the force, and column of the velocity for driven freedoms
-    stiffness: Constant  #: (k,) N/m of a spring that pulls back to the position at the start of the stage
+    stiffness: Constant  #: (k,) N/m of a spring that pulls back to where it began
     dashpot: Constant  #: (k,) N s/m, force over velocity of what carries waves away
     force: Changing  #: (threads, k) N; this and the following rows have the form of freedoms
     earlier: Changing  #: N
     velocity: Changing  #: m/s
-    displacement: Changing  #: m
+    displacement: Changing  #: m, since its spring began
     mass: Changing  #: kg
     free: Changing  #: 1
     imposed: Changing  #: 0
@@ -71,12 +71,14 @@ class Platens(Part):
 
     def __init__(self, mesh: Mesh, drives: Drives, freedoms: Freedoms) -> None:
         self._mesh, self._drives, self._freedoms = mesh, drives, freedoms
+        self._holds: list[Forced] = []  #: of this stage
         self.begin(Imposed(mesh), START)
 
     def begin(self, imposed: Imposed, at: Moment) -> None:
-        """Give each platen the mass and the momentum of the freedoms on its boundary."""
+        """Give each platen mass and momentum of the freedoms on its boundary, and the spring of the stage before."""
         f, lengths = self._freedoms.arrays, self._mesh.boundary_lengths
         holds = [(imposed.column(hold), hold) for hold in imposed.of(Forced)]
+        springs = {self._spring(hold): k for k, hold in enumerate(self._holds)}
         rows = {name: np.zeros((1, len(holds))) for name in MOTION}
         for k, (column, hold) in enumerate(holds):
             place = self._freedoms_of(column)
@@ -85,7 +87,10 @@ class Platens(Part):
                 raise refusal(f"{type(hold).__name__}: boundary", hold.boundary, wanted)
             rows["velocity"][0, k] = np.average(f.velocity[place], weights=f.mass[place])
             rows["mass"][0, k] = f.mass[place].sum()
+            if (before := springs.get(self._spring(hold))) is not None:
+                rows["displacement"][0, k] = self.arrays.displacement[0, before]
         rows["free"][:] = 1.0
+        self._holds = [hold for _, hold in holds]
         self.arrays = PlatenArrays(
             column=np.array([column for column, _ in holds], dtype=np.int64),
             stiffness=np.array([hold.spring(lengths[hold.boundary]) for _, hold in holds]),
@@ -93,6 +98,10 @@ class Platens(Part):
             **rows,
             share=np.zeros(2, dtype=np.int64),
         )
+
+    def _spring(self, hold: Forced) -> tuple[str, int, float]:
+        """By which the spring of one stage is known as that of the next."""
+        return hold.boundary, hold.axis, hold.spring(self._mesh.boundary_lengths[hold.boundary])
 
     def follow(self, change: np.ndarray) -> None:
         """Add to each platen's velocity the mean of what was added to its freedoms, ``change`` (r, n) m/s."""
