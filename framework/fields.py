@@ -14,7 +14,7 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked, checked, floats, floats_or_nan, is_number
-from grainlaw.messages import ParameterError, in_python, refusal, short
+from grainlaw.messages import ParameterError, in_python, refusal, short, users_line
 from grainlaw.unit_text import is_unit
 
 LARGEST = 1e30  #: no quantity of mechanics is larger in SI; beyond it products overflow
@@ -106,7 +106,7 @@ def parameter(
                 )
         for entry in values:
             if words := usual and unusual(f"{type(component).__name__}: {attribute.name}", entry, unit, usual):
-                warnings.warn(UnitWarning(words), stacklevel=5)
+                warnings.warn(UnitWarning(words), stacklevel=users_line())
                 break  # of an array one is enough
 
     def convert(value: Any, component: Any, attribute: Any) -> Any:
@@ -179,7 +179,7 @@ def checked_number(
         hint = in_python(value)
         raise ParameterError(f"{where} = {short(value)}{measured} is not allowed, it must be {bounds}{hint}")
     if words := usual and unusual(where, float(value), unit, usual):
-        warnings.warn(UnitWarning(words), stacklevel=5)
+        warnings.warn(UnitWarning(words), stacklevel=users_line())
     return float(value)
 
 

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import difflib
+import inspect
+import os
 import re
+import sys
 from collections.abc import Iterable
 from typing import Any
 
@@ -14,12 +17,23 @@ from grainlaw import units
 
 QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-z%].*?)\s*")
 LONGEST = 100  #: letters of a value in a message
+_FILES = (__file__, attrs.__file__, inspect.getfile(attrs.evolve))
+#: beginnings of names of files whose code is not the user's
+_OURS = (*(os.path.dirname(os.path.abspath(file)) + os.sep for file in _FILES), "<attrs")
 
 
 class ParameterError(ValueError):
     """A value outside what its declaration allows; the message names component, parameter, value and bound."""
 
     wrong: np.ndarray | None = None  #: (n,) which of several values are refused, where that is known
+
+
+def users_line() -> int:
+    """The ``stacklevel`` of a warning that shall name the line of the user's that led to it."""
+    level, frame = 1, sys._getframe(1)
+    while frame.f_back and frame.f_code.co_filename.startswith(_OURS):
+        level, frame = level + 1, frame.f_back
+    return level
 
 
 def short(value: Any, most: int = LONGEST) -> str:

@@ -18,7 +18,7 @@ from grainlaw.geometry.cells.convex import Point, Polygon, depth, polygon_of, sp
 from grainlaw.geometry.cells.joining import tiling_of_parts
 from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.sides import held, marked, region_sides, released, vertices_on
-from grainlaw.messages import refusal
+from grainlaw.messages import refusal, users_line
 from grainlaw.region import Region
 from grainlaw.tessellation import BETWEEN, INSIDE, Tessellation, Tessellator
 
@@ -198,7 +198,7 @@ class Jointed(Tessellator):
                     f"Jointed: no trace of {name} cuts a grain of the region, which has x from {left:g} to {right:g} m "
                     f"and y from {bottom:g} to {top:g} m: is the unit right, and is one as long as a grain?"
                 )
-                warnings.warn(UnitWarning(words), stacklevel=4)
+                warnings.warn(UnitWarning(words), stacklevel=users_line())
 
 
 def _lines(start: np.ndarray, end: np.ndarray) -> list[Chord]:

@@ -109,8 +109,11 @@ def _rows(name: str, found: Distribution, factor: float, asked: Distribution | N
 def texture(grains: Tessellation, asked: Tessellator | None = None) -> Texture:
     """The texture of grains in numbers, beside what a tessellator was ``asked`` for if it is given.
 
-    Cells of one grain count as one. The time step is that of deformable zones without contacts, to a fifth, from the
-    stiffness and the mass of each node alone: it does not depend on the material (docs/textures.md).
+    Cells of one grain count as one. ``clustering`` is over the mean of grains that change places with their minerals,
+    for these may be larger than others; of ``Minerals`` without ``sizes``, where it is given, over the mean of minerals
+    that change places, as they were dealt (some per cent apart). The time step is that of deformable zones without
+    contacts, to a fifth, from the stiffness and the mass of each node alone: it does not depend on the material
+    (docs/textures.md).
     """
     edges = grains.edges
     numbers, grain = np.unique(grains.parent, return_inverse=True)

@@ -158,7 +158,7 @@ class Heating(LoadingProtocol):
         """
         hot = slice(samples_before(curves, len(self.to)))  # without its rest
         found = {
-            "highest_temperature": float(curves[TEMPERATURE].max()),
+            "highest_temperature": max(ROOM, float(curves[TEMPERATURE].max())),
             "thermal_cracks": int(cracks(curves)[: samples_before(curves, self._before)][-1]),
             "heating_kinetic_ratio": vibration_share(curves, hot),
         }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -22,6 +23,7 @@ from grainlaw.units import MPa
 
 FLUID = ("crack_room", "crack_fluid", "outflow")
 RAMP = 0.05  #: of the time in which all of it would be pumped in: the rate rises in it
+MOST, PASSAGES = 5, 10  #: the rock rests under its stress within so many times that, or so many passages of a wave
 
 
 @attrs.frozen(kw_only=True)
@@ -77,11 +79,11 @@ class HydraulicFracturing(LoadingProtocol):
             viscosity=self.viscosity, residual_aperture=self.residual_aperture,
         )  # fmt: skip
         until = [FailsTo("injection_pressure", self.stop_fraction), Reaches("injected", self.largest_volume)]
-        interval = time / self.samples
+        interval, slowly = time / self.samples, PASSAGES * specimen.longest_passage
         return [
             Stage(
                 name="stress", loads=rising, until=[AtRest(self.rest)], interval=interval, integrator=self.integrator,
-                static=True,
+                static=True, sample_limit=MOST * math.ceil(self.samples * max(1.0, slowly / time)),
             ),
             Stage(
                 name="pump", loads=[*far, pump], until=until, interval=interval, integrator=self.integrator,

@@ -16,7 +16,7 @@ from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError, UnitWarning, checked_number, parameter, part, whole_number
 from grainlaw.integration import CentralDifference, Integrator, Undamped
 from grainlaw.loads import Drive, Quiet, Traction
-from grainlaw.messages import refusal
+from grainlaw.messages import refusal, users_line
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
@@ -84,7 +84,7 @@ class PlaneWave(LoadingProtocol):
         name, unit, wave = ("velocity", "m/s", self.velocity) if moved else ("stress", "Pa", self.stress)
         if isinstance(wave, TimeSeries) and (late := wave.times[np.abs(wave.values).argmax()]) > self.duration:
             words = f"PlaneWave: {name} = {wave.in_words(unit)} is largest at {late:g} s, after the duration of"
-            warnings.warn(UnitWarning(f"{words} {self.duration:g} s: is the unit right?"), stacklevel=4)
+            warnings.warn(UnitWarning(f"{words} {self.duration:g} s: is the unit right?"), stacklevel=users_line())
 
     quantities = (
         Quantity("peak_stress", "MPa", form=".2f"), Quantity("peak_time", "µs"), Quantity("peak_velocity", "m/s"),

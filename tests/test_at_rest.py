@@ -7,10 +7,11 @@ from support import ROCK
 
 import grainlaw as gl
 from grainlaw.conditions import AtRest, ComesTo, FailsTo, FallsTo, Lasts, Reaches
-from grainlaw.geometry import Bricks, rectangle
+from grainlaw.geometry import Bricks, Voronoi, plate_with_hole, rectangle
 from grainlaw.integration import CentralDifference, DynamicRelaxation, Integrator
 from grainlaw.laws import Linear
 from grainlaw.loads import Drive, Hold, InitialVelocity
+from grainlaw.protocols import Excavation
 
 STRESS, HEIGHT, ROWS, KN = 1e6, 80e-3, 40, 1e14
 
@@ -73,6 +74,15 @@ def test_a_specimen_that_drifts_as_a_whole_is_at_rest():
     still, drifting = (gl.simulate(column(ROWS, 2e-3), law, attrs.evolve(test, drift=v)).curves for v in (0, 1e-2))
     assert drifting["moved"][-1] == pytest.approx(still["moved"][-1], rel=0.02)
     assert drifting["time"][-1] < 3 * still["time"][-1]
+
+
+def test_a_rock_without_stress_is_at_rest():
+    """An opening in it, and a fluid that is pumped into the opening, need not wait for what never comes."""
+    plate = gl.Specimen(Voronoi(grains=20, seed=1).tessellate(plate_with_hole(0.1, 0.1, 0.04, sides=8)), ROCK)
+    curves = gl.simulate(plate, Linear(kn=KN, ks=KN), Excavation(xx=0.0, yy=0.0, samples=10)).curves
+    assert not curves["width"].any()
+    assert np.count_nonzero(curves["stage"] == 0) == 3
+    assert not curves["unbalanced"].any()
 
 
 def rest(unbalanced, motion, ratio=0.1):

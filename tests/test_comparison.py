@@ -47,6 +47,8 @@ def test_comparison_is_a_mapping_that_prints_a_table(comparison):
     assert len({len(line) for line in lines if "brittle: " not in line}) == 1  # but for doubts
     assert lines[2].split()[:3] == ["strength", "(MPa)", "-"]  # what cannot break has no strength
     assert lines[2].split()[-1] == f"{comparison['brittle'].summary['strength'] / 1e6:.2f}"
+    with pytest.raises(KeyError, match=r"there is no run 'britle' \(there are: 'linear', 'brittle'\)"):
+        comparison["britle"]
 
 
 def test_the_peak_of_a_specimen_that_had_not_failed_is_open_in_every_table(comparison):

@@ -140,7 +140,7 @@ def test_a_place_has_moved_as_the_node_nearest_to_it(made):
     for options, words in (
         (
             {"place": (0.06, 0.01)},
-            r"moved: place = \(0.06, 0.01\) is not allowed, it must be in the specimen, of x 0 to 0.02",
+            r"moved: place = \(0.06, 0.01\) is not allowed, it must be in the specimen, whose nearest node is at",
         ),
         ({"place": 5}, "moved: place = 5 is not allowed"),
         (

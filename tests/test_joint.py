@@ -154,6 +154,14 @@ def test_the_residual_stress_is_that_at_the_end_of_shearing():
         assert result.summary["residual_stress"] == pytest.approx(10e6 * np.tan(np.radians(5)), rel=0.02), test
 
 
+def test_a_joint_that_opens_while_it_slides_makes_no_energy():
+    """What closes and what shears it is not given back twice: let go of one, it slides and has less of the other."""
+    test = DirectShear(normal_stress=10e6, loading=gl.Constant(speed=0.05), maximum_slip=20e-6, resolution=4e-7)
+    result = gl.simulate(blocks(2e-3), ROUGH, test)
+    assert np.ptp(result.curves["dilation"]) > 3e-6
+    assert result.summary["energy_made"] < 1e-9
+
+
 def test_loops_of_a_joint_that_is_sheared_back_are_refused():
     test = DirectShear(normal_stress=1e6, reverse_to=-1)
     with pytest.raises(gl.ParameterError, match=r"last stage, here 'reverse', raises the displacement"):

@@ -44,6 +44,20 @@ def test_numbers_in_other_units_are_told_with_the_usual_range():
 
 
 @pytest.mark.parametrize(
+    "make",
+    [
+        lambda: gl.Elastic(youngs_modulus=60, poissons_ratio=0.2, density=2700),
+        lambda: HydraulicFracturing(xx=20e6),
+        lambda: attrs.evolve(HydraulicFracturing(), xx=20e6),
+    ],
+)
+def test_a_warning_names_the_line_of_the_user(make):
+    with pytest.warns(gl.UnitWarning) as caught:
+        make()
+    assert (caught[0].filename, caught[0].lineno) == (__file__, make.__code__.co_firstlineno)
+
+
+@pytest.mark.parametrize(
     ("make", "words"),
     [
         (lambda: HydraulicFracturing(bulk_modulus=2.2), "HydraulicFracturing: bulk_modulus = 2.2 Pa is unusual"),

@@ -480,6 +480,9 @@ def test_what_heating_tells_before_a_test_and_without_one():
     alone = {name: values[:6] for name, values in curves.items()} | {"stage": np.repeat([0.0, 1.0], 3)}
     assert heating.summary(alone, ROWS) == pytest.approx(hot | {"expansion_x": 4.02, "expansion_y": 8.04})
 
+    cooled = Heating(to=-80).summary(alone | {"temperature": np.linspace(-10, -80, 6)}, ROWS)
+    assert cooled["highest_temperature"] == 20  # before the first sample
+
     class Counts(gl.LoadingProtocol):
         quantities = BiaxialCompression.quantities
 

@@ -240,6 +240,9 @@ def test_a_measure_of_ones_own_that_fails_takes_no_other_with_it():
     ]
     with pytest.raises(gl.ParameterError, match="find fails for 'boom': AttributeError"):
         gl.Laboratory(result, own).value("boom")
+    table = gl.Study(tiny, law=["linear"], seed=[0], measures=own[:2]).run(on=ThreadPoolExecutor(1), progress=False)
+    with pytest.raises(gl.ParameterError, match="no case has the measure 'boom': Mine: find fails for 'boom'"):
+        table["boom"]
 
 
 @pytest.mark.thorough

@@ -17,7 +17,7 @@ from grainlaw.arguments import Checked, is_number
 from grainlaw.contact import ContactLaw
 from grainlaw.declared import units_of
 from grainlaw.fields import Bounds, ParameterError, UnitWarning, checked_number, unusual
-from grainlaw.messages import enumeration, nearest, refusal, short
+from grainlaw.messages import enumeration, nearest, refusal, short, users_line
 
 #: Power of the strengths with which a parameter of a unit grows if the rock becomes stronger and stays as stiff:
 #: strains and displacements grow alike, times and lengths of the specimen do not.
@@ -378,7 +378,7 @@ def _range(name: str, given: Any, declared: Mapping[str, Any]) -> Free:
         if isinstance(bounds, Bounds) and not bounds.allow(end):
             raise ParameterError(f"{where} = {end:g} {unit} is not allowed, it must be {bounds}")
     if words := usual and next(filter(None, (unusual(where, end, unit, usual) for end in (low, high))), ""):
-        warnings.warn(UnitWarning(words), stacklevel=6)
+        warnings.warn(UnitWarning(words), stacklevel=users_line())
     return Free(name, unit, low, high)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from grainlaw.arguments import Checked, is_number
 from grainlaw.columns import quantity_of
 from grainlaw.fields import STRENGTHS, ParameterError, UnitWarning, checked_number, unusual
-from grainlaw.messages import nearest, refusal, short
+from grainlaw.messages import nearest, refusal, short, users_line
 from grainlaw.quantity import Quantity
 from grainlaw.short_form import rounded, to_digits
 from grainlaw.unit_text import without_prefixes
@@ -136,7 +136,7 @@ def _target_of(aim: Aim, given: Any) -> Target:
 
 def _warn(words: str) -> None:
     if words:
-        warnings.warn(UnitWarning(words), stacklevel=6)
+        warnings.warn(UnitWarning(words), stacklevel=users_line())
 
 
 def _triaxial(given: Any) -> dict[float, Target]:

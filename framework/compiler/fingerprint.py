@@ -195,7 +195,8 @@ class Hasher:
                 self.feed(value, f"{where}.{name}")
         else:
             raise NotCompilable(
-                f"{where}: compiled code may use enumerations and named tuples, not the class {kind.__name__}"
+                f"{where}: compiled code may use enumerations and named tuples, not the class {kind.__name__}: "
+                "what a class and those derived from it share is a plain function, or a method of another name"
             )
 
     def function(self, function: types.FunctionType, where: str) -> None:

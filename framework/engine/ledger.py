@@ -49,7 +49,7 @@ def least_work(state: State) -> float:
 def unbalanced(state: State) -> float:
     """Mean unbalanced force over mean force of contacts, tied nodes and fluids; 0 at rest.
 
-    Where there are none, over the mean reaction.
+    Where there are none, over the mean reaction; 1 where these are 0 and not all is.
     """
     free = state.freedoms.arrays.free[:2] > 0
     if not free.any():
@@ -62,7 +62,8 @@ def unbalanced(state: State) -> float:
     forces = np.concatenate([forces, np.hypot(*state.nodes.arrays.force[:, state.mesh.tied]), state.fluids.forces])
     forces = forces if len(forces) else state.drives.arrays.reaction
     scale = float(np.mean(np.abs(forces))) if len(forces) else 0.0
-    return float(np.mean(np.abs(state.freedoms.arrays.force[:2][free]))) / scale if scale > 0 else 1.0
+    left = float(np.mean(np.abs(state.freedoms.arrays.force[:2][free])))
+    return left / scale if scale > 0 else float(left > 0)
 
 
 def motion(state: State, energy: Mapping[str, float]) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import re
+import zipfile
 from collections.abc import Mapping
 from typing import Any
 
@@ -137,6 +138,8 @@ def to_bytes(result: Result, *, frames: bool = True) -> bytes:
 
 def from_bytes(content: bytes, where: str = "the content") -> Result:
     """The result of :func:`to_bytes`. Raises :class:`ParameterError`, which begins with ``where``."""
+    if not zipfile.is_zipfile(io.BytesIO(content)):
+        raise ParameterError(f"{where} is no result that can be read: it is no npz file, or was cut off")
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as stored:
             about = json.loads(str(stored["about"]))

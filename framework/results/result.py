@@ -213,10 +213,8 @@ class Result(metaclass=Checked):
         at = self.mesh.zones[(self.mesh.zones == node).any(axis=1)]
         sides = nodes[at] - nodes[np.roll(at, 1, axis=1)]
         if away[node] > np.hypot(sides[..., 0], sides[..., 1]).max():
-            low, high = nodes.min(axis=0), nodes.max(axis=0)
-            raise refusal(
-                "moved: place", place, f"in the specimen, of x {low[0]:g} to {high[0]:g}, y {low[1]:g} to {high[1]:g} m"
-            )
+            x, y = nodes[node]
+            raise refusal("moved: place", place, f"in the specimen, whose nearest node is at ({x:g}, {y:g}) m")
         return moment.displacement[node] - (begin.displacement[node] if begin else 0.0)
 
     def cracks_since(self, stage: str) -> Cracks:

@@ -51,6 +51,8 @@ class Comparison(Mapping[Key, Result], metaclass=Checked):
     def __getitem__(self, key: Key) -> Result:
         if key in self.failed:
             raise self.failed[key]
+        if key not in self.results:
+            raise KeyError(f"there is no run {key!r} (there are: {', '.join(map(repr, self.results))})")
         return self.results[key]
 
     def __iter__(self) -> Iterator[Key]:

@@ -268,6 +268,8 @@ class Table(metaclass=Checked):
     def _check(self, *names: str) -> None:
         for name in names:
             if name not in self.columns:
+                if failed := [words for words in self.doubts if name in self.declared and repr(name) in words]:
+                    raise ParameterError(f"Table: no case has the measure '{name}': {failed[0]}")
                 known = f"there are: {', '.join(self.columns)}"
                 raise ParameterError(f"Table: there is no column '{name}'{nearest(name, self.columns)} ({known})")
 

@@ -278,7 +278,8 @@ def compiled_equals_interpreted(bench: Bench) -> Finding | None:
     try:
         compiled = compile_law(bench.law)
     except CompilationError as error:
-        return Finding(f"does not compile: {'; '.join(' '.join(line.split()) for line in str(error).splitlines())}")
+        lines = "; ".join(" ".join(line.split()) for line in str(error).splitlines())
+        return Finding(f"does not compile: {lines.replace(':; ', ': ')}")
     if np.isnan(bench.first).all():  # what fails in compiled code would only be printed, at each point
         bench.contact.step(0.0, 0.0, bench.contact.start)
         return Finding(f"it fails wherever it is asked: {bench.contact.error or 'all answers are nan'}")
