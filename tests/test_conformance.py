@@ -210,6 +210,15 @@ def test_command_refuses_a_bad_reference(file, reference, said):
     assert re.search(".*".join(map(re.escape, said.split("*"))), " ".join(result.output.split()))
 
 
+def test_a_number_that_a_law_does_not_use_is_told():
+    @attrs.frozen(kw_only=True)
+    class Forgets(Hillerborg):
+        cohesion: float = gl.parameter("Pa", default=1e7)
+
+    assert str(gl.check_law(Forgets(), compiled=False)["units"]).endswith("no code of the law reads cohesion")
+    assert gl.check_law(Hillerborg(), compiled=False)["units"].found == ""
+
+
 def test_what_is_said_of_a_property_that_holds(monkeypatch):
     monkeypatch.setattr(conformance, "PROPERTIES", dict.fromkeys(("fracture energies", "energy"), lambda bench: None))
 

@@ -11,7 +11,7 @@ from grainlaw.arguments import Checked, checked
 from grainlaw.contact import ContactLaw
 from grainlaw.short_form import html_table
 from grainlaw.workbench.bench import Bench, Finding
-from grainlaw.workbench.properties import PROPERTIES
+from grainlaw.workbench.properties import PROPERTIES, unread
 
 EXCUSABLE = ("stiffness", "energy", "fracture energies", "continuity")  #: properties a law may declare that it breaks
 
@@ -86,8 +86,12 @@ def check_law(law: ContactLaw, *, compiled: bool = True) -> Report:
 
 def _entry(name: str, bench: Bench) -> Entry:
     excused = {name: text for name, text in bench.law.exceptions.items() if name in EXCUSABLE}
-    undeclared = name == "fracture energies" and not bench.law.fracture_energies
-    return entry(name, PROPERTIES[name](bench), excused, "none declared" if undeclared else "")
+    note = ""
+    if name == "fracture energies" and not bench.law.fracture_energies:
+        note = "none declared"
+    elif name == "units" and (never := unread(type(bench.law))):
+        note = f"no code of the law reads {', '.join(never)}"
+    return entry(name, PROPERTIES[name](bench), excused, note)
 
 
 def entry(name: str, finding: Finding | None, excused: Mapping[str, str], note: str = "") -> Entry:

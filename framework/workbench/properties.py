@@ -5,6 +5,7 @@ from __future__ import annotations
 import enum
 import itertools
 import math
+import types
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -12,6 +13,7 @@ import attrs
 import numpy as np
 
 from grainlaw.compiler.batch import CompilationError, compile_law
+from grainlaw.compiler.fingerprint import code_names
 from grainlaw.contact import ContactLaw, law_arguments, memory_names
 from grainlaw.workbench.bench import FIRST, LAPS, Bench, Finding, label, place, words
 from grainlaw.workbench.characteristics import shear_mode, tensile_mode
@@ -271,6 +273,17 @@ def without_unit(component: Any, prefix: str = "") -> Iterator[str]:
             yield from without_unit(value, f"{prefix}{field.name}.")
         elif not isinstance(value, (int, np.ndarray, enum.Enum)) and not field.metadata.get("unit"):
             yield prefix + field.name
+
+
+def unread(kind: type) -> list[str]:
+    """Names of the numbers of a law's class that none of its own code names."""
+    classes = [base for base in kind.__mro__ if base not in ContactLaw.__mro__]
+    held = [(name, getattr(value, "fget", value)) for base in classes for name, value in vars(base).items()]
+    own = [value for name, value in held if not name.endswith("_") or name == "__attrs_post_init__"]  # none to print
+    codes = [code_names(each.__code__) for each in own if isinstance(each, types.FunctionType)]
+    if any("getattr" in loaded for loaded, _ in codes):
+        return []
+    return sorted({field.name for field in attrs.fields(kind)} - {name for _, read in codes for name in read})
 
 
 def compiled_equals_interpreted(bench: Bench) -> Finding | None:
