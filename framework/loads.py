@@ -22,7 +22,7 @@ from grainlaw.mesh import Mesh
 from grainlaw.messages import refusal, short
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Load, Stage
-from grainlaw.time_series import GAUSS, TimeSeries, Varying, rise, value_of, varying
+from grainlaw.time_series import GAUSS, TimeSeries, Varying, rise, rise_integral, value_of, varying
 
 __all__ = [
     "BarEnd",
@@ -86,7 +86,7 @@ class Levelled(Load):
         """(n,) levels of steps from ``begin`` to ``end`` (n,) s since the stage began.
 
         What changes with time counts by its mean over the step: so a boundary moves by the integral of its speed, and a
-        force gives the integral of itself as momentum, of a ``TimeSeries`` exactly.
+        force gives the integral of itself as momentum, of a ``TimeSeries`` exactly. A ramp counts by its end.
         """
         level = self.level
         if isinstance(level, TimeSeries):
@@ -611,7 +611,7 @@ class Conduction(Load):
     ``smallest_aperture`` where that is more, as where it is closed.
     """
 
-    duration: float = parameter("s")  #: of heat, after which the stage ends
+    duration: float = parameter("s")  #: of heat, after which the stage ends, at the first sample from then on
     speedup: float = parameter("1", default=1.0)  #: time of heat over time of the motion
     #: of heat, in one implicit step; unless given that in which heat crosses a zone, its area over the diffusivity
     step: float | None = optional("s", above=0)
@@ -619,8 +619,19 @@ class Conduction(Load):
     filling: float = parameter("W/m/K", default=0.026)  #: conductivity of what fills broken ones; that of air
     smallest_aperture: float = parameter("m", default=1e-6)  #: across which closed broken contacts conduct
 
+    def __attrs_post_init__(self) -> None:
+        if self.step is not None and self.step > self.duration:
+            raise ParameterError(
+                f"Conduction: step = {self.step:g} s is not allowed, it must be at most duration = {self.duration:g} s"
+            )
+
     def check(self, stage: Stage) -> None:
         where = f"Stage '{stage.name}'"
+        if (sample := stage.interval * self.speedup) > self.duration:
+            raise ParameterError(
+                f"{where}: interval = {stage.interval:g} s, in which {sample:g} s of heat pass, is more than the "
+                f"Conduction's duration = {self.duration:g} s, after which the stage ends: give a shorter one"
+            )
         if len(stage.of(Conduction)) > 1:
             raise ParameterError(f"{where}: it has {len(stage.of(Conduction))} conductions, it can have one")
         if stage.of(Heat):
@@ -664,6 +675,14 @@ class HeatLoad(Levelled):
     @property
     def lasts(self) -> float:
         return 0.0  # the conduction lasts
+
+    def course(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """Means over each step, which may be long, also of a ramp."""
+        level = self.level
+        if not self.ramp or not isinstance(level, float):
+            return super().course(begin, end)
+        until, since = (rise_integral(time, self.ramp, self.start, level) for time in (end, begin))
+        return (until - since) / (end - begin)
 
     def at_start(self) -> Load | None:
         return None

@@ -156,3 +156,9 @@ def rise(time: np.ndarray, ramp: float, start: float, end: float) -> np.ndarray:
     with np.errstate(over="ignore"):  # a ramp of next to nothing
         x = np.clip(time / ramp, 0, 1)
     return start + (end - start) * x**3 * (10 - 15 * x + 6 * x**2)
+
+
+def rise_integral(time: np.ndarray, ramp: float, start: float, end: float) -> np.ndarray:
+    """Integral of :func:`rise` from 0 to ``time``."""
+    x = np.clip(time / ramp, 0, 1)
+    return start * time + (end - start) * (ramp * x**4 * (2.5 - 3 * x + x**2) + np.maximum(time - ramp, 0.0))

@@ -214,6 +214,7 @@ def test_the_order_in_time_is_one():
         (Friction(kn=1e16, ks=1e16, friction_angle=30), -1e-6, 0.03 / 2e-6),  # broken and closed
         (Friction(kn=1e16, ks=1e16, friction_angle=30), 1e-6, 0.03 / 2e-6),  # less open than the smallest aperture
         (Friction(kn=1e16, ks=1e16, friction_angle=30), 50e-6, 0.03 / 50e-6),  # open
+        (Friction(kn=1e16, ks=1e16, friction_angle=30, gap=50e-6), -20e-6, 0.03 / 30e-6),  # from the start
     ],
 )
 def test_a_contact_is_a_resistance_in_series(law, opening, conductance):
@@ -257,6 +258,16 @@ def test_factors_are_kept_while_contacts_hardly_change():
     assert state.conduction.books.conductance == pytest.approx(0.026 / 54e-6)
 
 
+def test_a_flux_that_rises_brings_as_much_heat_in_long_steps():
+    """Half of the whole time, for the ramp is as much below its mean at first as above it then."""
+    for steps in (2, 10):
+        rising = gl.loads.HeatFlux(boundary="left", flux=1e4, ramp=50.0)
+        specimen = slab()
+        _, state = conducted(specimen, rising, time=50.0, steps=steps)
+        height = float(np.ptp(specimen.mesh.nodes[:, 1]))
+        assert state.conduction.columns["heat_supplied"] == pytest.approx(1e4 * 25.0 * height, rel=1e-9)
+
+
 # --- its balance ------------------------------------------------------------------------------------------------------
 
 
@@ -267,7 +278,7 @@ def test_heat_is_balanced_with_every_load():
     source = gl.loads.HeatSource(power=1e6, grains=[2, 5], ramp=30.0)
     for loads, expected in [
         ([flux], 1e4 * 30 * 40e-3),
-        ([source], 1e6 * specimen.grains.areas[[2, 5]].sum() * 45.5),  # rising, each step has what it ends with
+        ([source], 1e6 * specimen.grains.areas[[2, 5]].sum() * 45),  # half of it while it rises
         ([gl.loads.HeatSource(power=1e6)], 1e6 * specimen.grains.areas.sum() * 60),
     ]:
         _, state = conducted(specimen, *loads, time=time, steps=60)
@@ -558,6 +569,15 @@ QUARTZ_ROCK = Thermal(material=ELASTIC, expansion=QUARTZ, conductivity=K, heat_c
         (lambda: gl.loads.Convection(boundary="left", coefficient=0, temperature=20), "Convection: coefficient = 0"),
         (lambda: gl.loads.Conduction(duration=0), "Conduction: duration = 0 s"),
         (lambda: gl.loads.Conduction(duration=1, step=0), "Conduction: step = 0 s"),
+        (lambda: gl.loads.Conduction(duration=1, step=2), "Conduction: step = 2 s is not allowed, it must be at most"),
+        (
+            lambda: gl.Stage(name="a", loads=[gl.loads.Conduction(duration=1.0, speedup=1e6)], interval=1e-4),
+            "in which 100 s of heat pass, is more than the Conduction's duration = 1 s",
+        ),
+        (
+            lambda: run(slab(), [gl.loads.Conduction(duration=1.0)], time=1e-9, samples=1),
+            "more than a tenth of the duration = 1 s: give a smaller one",
+        ),
         (lambda: gl.loads.HeatSource(power=1.0, grains=[99]).check_specimen(slab()), "HeatSource: grains = 99"),
         (
             lambda: gl.loads.FixedTemperature(boundary="rim", temperature=60).check_specimen(slab()),

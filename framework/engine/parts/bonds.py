@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -364,6 +364,17 @@ class Bonds(Part):
     def stiffness(self) -> np.ndarray:
         """(2, p) Pa/m: kn and ks of the first response, as the laws declare them."""
         return stiffness_of_points((group.law, group.size) for group in self.groups)
+
+    @cached_property
+    def gaps(self) -> np.ndarray:
+        """(p,) m between the faces before any load, of laws that have such a ``gap``, also within another."""
+        found = np.zeros(2 * len(self))
+        for group in self.groups:
+            law: Any = group.law
+            while not hasattr(law, "gap") and hasattr(law, "law"):
+                law = law.law
+            found[group.points(len(self))] = np.tile(np.broadcast_to(getattr(law, "gap", 0.0), group.size), 2)
+        return found
 
     def memory(self, name: str, otherwise: np.ndarray) -> np.ndarray:
         """(p,) of one name of the laws' memory; ``otherwise`` (p,) where a law has no such memory."""

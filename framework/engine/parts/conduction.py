@@ -22,11 +22,13 @@ from grainlaw.engine.parts.imposed import Imposed
 from grainlaw.engine.parts.material_zones import MaterialZones
 from grainlaw.engine.parts.part import Changing, Moment, Part
 from grainlaw.engine.stability import shape_functions
+from grainlaw.fields import ParameterError
 from grainlaw.loads import Conduction, Convection, FixedTemperature, HeatBoundary, HeatFlux, HeatLoad, HeatSource
 from grainlaw.material import Material
 from grainlaw.memory import ROOM
 from grainlaw.specimen import Specimen
 
+SHARE = 0.1  #: of the duration: as much heat may pass in a step of the motion
 CHANGE = 0.05  #: of the conductance of a contact point, from which on the factors are made anew
 
 
@@ -138,6 +140,11 @@ class HeatFlow(Part):
         if self.load is None or self.left:
             return
         books, pace = self.books, self.load.speedup * time_step
+        if pace > SHARE * self.load.duration:
+            raise ParameterError(
+                f"Conduction: speedup = {self.load.speedup:g}: {pace:.3g} s of heat pass in one step of the motion, "
+                f"{time_step:.3g} s, more than a tenth of the duration = {self.load.duration:g} s: give a smaller one"
+            )
         step = self.load.step or self._usual_step
         steps = max(1, round(step / pace))
         parts = max(1, math.ceil(steps * pace / step - 0.5))  # where even one of the motion's is longer
@@ -153,7 +160,7 @@ class HeatFlow(Part):
     def _take_conductance(self, opening: np.ndarray) -> None:
         """Conductance of contact points by their state, Eq. (29); kept while it hardly changes."""
         assert self.load is not None
-        aperture = np.maximum(opening, self.load.smallest_aperture)
+        aperture = np.maximum(opening + self._bonds.gaps, self.load.smallest_aperture)
         found = np.where(self._bonds.broken(), self.load.filling / aperture, self.load.bonded)
         before = self.books.conductance
         if not (np.abs(found - before) <= CHANGE * before).all():
