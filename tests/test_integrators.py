@@ -314,3 +314,30 @@ def test_mass_scaling_lengthens_the_step_and_says_what_it_added():
     assert plain.summary["mass_added"] == 0
     stiffness = [r.summary["force"] / r.summary["moved"] for r in (plain, scaled)]
     assert stiffness[0] == pytest.approx(stiffness[1], rel=1e-3)
+
+
+@attrs.frozen(kw_only=True)
+class Fall(gl.LoadingProtocol):
+    damping: gl.integration.Damping
+
+    def stages(self, specimen):
+        free = CentralDifference(damping=self.damping)
+        ends = [gl.conditions.Lasts(2e-4)]
+        return [gl.Stage(name="fall", loads=[gl.loads.Gravity()], interval=1e-5, until=ends, integrator=free)]
+
+    def measure(self, state):
+        return {}
+
+    def summary(self, curves, specimen):
+        return {}
+
+
+def test_energy_that_the_damping_makes_is_told():
+    """A body that falls goes too fast by it; the energy of a free fall is that of gravity, m (g t)^2 / 2."""
+    found = {}
+    for damping in (VibrationDamping(), Undamped()):
+        result = gl.simulate(small_sample(12), Linear(**STIFF), Fall(damping=damping))
+        fallen = 0.5 * result.specimen.node_masses.sum() * (9.81 * result.curves["time"][-1]) ** 2
+        found[type(damping)] = result.curves["energy_kinetic"][-1] / fallen, "the damping made" in str(result.doubts)
+    assert found[Undamped] == (pytest.approx(1, rel=0.02), False)
+    assert found[VibrationDamping] == (pytest.approx(1.3, abs=0.3), True)

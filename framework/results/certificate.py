@@ -7,8 +7,20 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
-from grainlaw.columns import DAMAGED, IN_MOTION, SHEAR_CRACKS, STAGE, TENSILE_CRACKS, WET, quantity_of
+from grainlaw.columns import (
+    DAMAGED,
+    ENERGY,
+    IN_MOTION,
+    LOST,
+    SHEAR_CRACKS,
+    STAGE,
+    TENSILE_CRACKS,
+    WET,
+    quantity_of,
+    work_done,
+)
 from grainlaw.contact import ContactLaw, memory_names
+from grainlaw.engine.ledger import ROUNDING
 from grainlaw.quantity import Quantity
 from grainlaw.results.thresholds import strains_disagree
 
@@ -38,6 +50,7 @@ FAIL = "FAIL"
 STRENGTHS = {
     "strength": "largest_stress", "failure_force": "largest_force", "breakdown_pressure": "largest_pressure",
 }  # fmt: skip
+DAMPED = 0.01  #: of the work of the loads: as much may damping make
 HIGHER = 0.01  #: of the strength: a largest stress that is said to be above it
 
 
@@ -79,6 +92,16 @@ def _broken_at_first(result: Result) -> int:
     return int(sum(count[first[-1]] for count in counts if first and len(count)))
 
 
+def _made_by_damping(result: Result) -> float:
+    """Energy that damping has made in the end, over the largest work of the loads, or a strain that is rounding."""
+    if not len(lost := result.curves.get(ENERGY + LOST, ())):
+        return 0.0
+    specimen = result.specimen
+    rounding = ROUNDING**2 * float(specimen.grain_stiffness[:, 0, 0] @ specimen.grains.areas)
+    work = max(work_done(result.curves), rounding)
+    return max(-float(lost[-1]), 0.0) / work if work > 0 else 0.0
+
+
 def is_whole(result: Result) -> bool:
     """Whether nothing was damaged of what could have been."""
     damaged = result.curves.get(DAMAGED, ())
@@ -117,6 +140,11 @@ def doubts(result: Result) -> Iterator[str]:
         yield (
             f"{broken} contact points broke in the stage '{result.stages[0]}', whose loads came on in motion as they "
             "have no static solution: give them a longer ramp, and see whether as many break"
+        )
+    if (made := _made_by_damping(result)) > DAMPED:
+        yield (
+            f"the damping made {made:.0%} of the energy: what a steady force moves freely, such as a body that falls, "
+            "gets too fast by it; take CentralDifference(damping=Undamped())"
         )
     if summary.get(WET) == 0:
         yield "the fluid has reached no contact point"
