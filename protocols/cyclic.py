@@ -88,7 +88,10 @@ class Cyclic(LoadingProtocol):
         back = [load.reversed() if isinstance(load, Drive) else load for load in main.loads]
         stages = list(before)
         for number, level in enumerate(self.levels, 1):
-            load = attrs.evolve(main, name=f"load {number}", until=[Reaches(self.displacement, level), *main.until])
+            load = attrs.evolve(
+                main, name=f"load {number}", until=[Reaches(self.displacement, level)],
+                ends_test=[*main.ends_test, *main.until],  # a level that is not reached has no loop
+            )  # fmt: skip
             unload = attrs.evolve(main, name=f"unload {number}", loads=back, until=[FallsTo(self.load, self.unload_to)])
             stages += [load, unload]
         return [*stages, main]

@@ -76,6 +76,8 @@ class PlaneWave(LoadingProtocol):
             raise ParameterError(
                 "PlaneWave: stress and velocity are both given, the left end can have only one of them"
             )
+        if self.velocity is not None and "left" in self.quiet:
+            raise ParameterError("PlaneWave: quiet: the left end moves by the velocity, it cannot absorb waves as well")
         self._warn_of_units()
 
     def _warn_of_units(self) -> None:

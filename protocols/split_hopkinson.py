@@ -166,10 +166,12 @@ class SplitHopkinson(LoadingProtocol):
         width, height = self._width(state.specimen), size(state.specimen)[1]
         upper = state.reaction(first.boundary)[first.axis] / width
         lower = -sum(state.reaction(drive.boundary)[drive.axis] for drive in others) / width
-        (bar,) = [load for load in state.imposed.of(BarEnd) if load.boundary == first.boundary]
-        end = state.time - state.began
+        bars = (load for load in state.imposed.of(BarEnd) if load.boundary == first.boundary)
+        end, bar = state.time - state.began, next(bars, None)  # there is none before the test, as while it is heated
         begin = end - state.since_sample
-        incident = float(bar.course(np.array([begin]), np.array([end]))[0]) if begin < end else bar.at(end)
+        incident = bar.at(end) if bar else 0.0
+        if bar and begin < end:
+            incident = float(bar.course(np.array([begin]), np.array([end]))[0])
         reflected, transmitted, total = upper - incident, lower, abs(upper + lower)
         row = {
             **self.test.measure(state), "incident": incident, "reflected": reflected, "transmitted": transmitted,

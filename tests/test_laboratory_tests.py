@@ -6,7 +6,7 @@ import attrs
 import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
-from support import ROCK, STIFF, STRONG, small_sample
+from support import BRITTLE, ROCK, STIFF, STRONG, small_sample
 
 import grainlaw as gl
 from grainlaw.engine.stability import stiffness_matrix
@@ -24,6 +24,7 @@ from grainlaw.protocols import (
     SemiCircularBend,
     ThreePointBending,
     UniaxialCompression,
+    UniaxialTension,
 )
 from grainlaw.protocols.bending import beam_shape_factor, flexural_strength, shape_factor
 from grainlaw.units import mm
@@ -243,6 +244,16 @@ def test_a_shear_box_shears_a_specimen_through_the_middle():
     )
     assert strong.curves["shear_stress"].max() < 0.9 * stiffness * 6e-5
     assert len(strong.cracks) > 5
+
+
+@pytest.mark.parametrize("until", gl.Until)
+def test_a_level_that_is_not_reached_has_no_loop(until):
+    pull = UniaxialTension(until=until, samples=100)
+    once = gl.simulate(small_sample(12), BRITTLE, pull)
+    found = gl.simulate(small_sample(12), BRITTLE, Cyclic(test=pull, levels=(5e-5, 1e-3)))
+    assert found.curves["stage"][-1] == 2
+    assert found.curves["strain"].max() == pytest.approx(once.curves["strain"].max(), rel=0.02)
+    assert len(found.summary["unloading_moduli"]) == 1
 
 
 @pytest.mark.thorough

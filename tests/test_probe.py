@@ -283,6 +283,7 @@ def test_paths_are_drawn_over_their_laws(pulled):
         ({"first": -1}, "first = -1 is not allowed"),
         ({"places": [(0, np.nan)]}, "places"),
         ({"points": [100000]}, "there is no contact point 100000"),
+        ({"places": [(10, 20)]}, r"\(10, 20\) m is outside of the specimen"),
     ],
 )
 def test_probes_of_nothing_are_refused(options, words):

@@ -320,6 +320,7 @@ def test_a_specimen_comes_under_a_stress(static, material):
         (lambda: gl.loads.Quiet(boundary="left", p_speed=0.0, s_speed=1.0), "Quiet: p_speed = 0"),
         (lambda: PlaneWave(stress=[(0, 0), (1, 1)], velocity=1.0), "stress and velocity are both given"),
         (lambda: PlaneWave(gauges=(9.0,)).stages(BAR), "gauges = 9 m is not in the specimen, 0 to 0.6 m"),
+        (lambda: PlaneWave(velocity=1.0, quiet=("left", "right")), "the left end moves by the velocity"),
         (lambda: PlaneWave(gauges=3.0), "PlaneWave: gauges = 3.0 is not allowed"),
     ],
 )

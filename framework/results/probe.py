@@ -168,6 +168,13 @@ class _Run:
         if wrong:
             raise ParameterError(f"Probe: there is no contact point {wrong[0]}, they go from 0 to {count - 1}")
         self.positions = state.contact_positions
+        near, _ = state.specimen.vicinity
+        for place in probe.places:
+            if (away := np.hypot(*(self.positions - place).T).min(initial=np.inf)) > near:
+                raise ParameterError(
+                    f"Probe: places: ({place[0]:g}, {place[1]:g}) m is outside of the specimen: the nearest contact "
+                    f"point is {away:.3g} m away, more than two grains, {near:.3g} m"
+                )
         self.named, self.first = self.named_at(probe, self.positions), probe.first
         self.breaks = state.breaks
         self.broken_time, self.broken_mode = state.broken_time, state.broken_mode  # arrays that the engine fills
