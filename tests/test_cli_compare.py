@@ -11,7 +11,7 @@ from command_line import invoke
 from support import PULL, STIFF, small_sample
 
 import grainlaw as gl
-from grainlaw.cli.compare import _rows
+from grainlaw.cli.compare import _configurations, _rows
 from grainlaw.laws import Linear
 from grainlaw.results.certificate import LIMITS
 
@@ -66,6 +66,20 @@ def test_a_file_gives_the_parameters_of_all_laws(made):
     assert (crack["tensile_strength"], crack["mode_i_energy"], crack["cohesion"]) == (10e6, 70, 25e6)
     assert parameters["laws"]["linear"]["kn"] == crack["kn"] == 1.05e14
     assert 3 <= len(list((folder / "linear").glob("grains_*.vtu"))) <= 5
+
+
+def test_laws_between_minerals_take_what_each_law_has():
+    """As [law]: a linear law has no strength between minerals either. What no law has is refused."""
+    sections = {
+        "sample": {"grains": 20, "minerals": {"quartz": 0.5, "mica": 0.5}},
+        "laws": {"mica/*": {"tensile_strength": "5 MPa"}, "quartz/quartz": {"type": "linear", "kn": 1e14}},
+    }
+    rows = _configurations(["linear", "mohr-coulomb"], sections, [1], True)
+    weak = rows["mohr-coulomb", 1].law["mica", ...]
+    assert (weak.tensile_strength, rows["mohr-coulomb", 1].law["quartz", "quartz"].kn) == (5e6, 1e14)
+    assert rows["linear", 1].law["mica", ...] == rows["linear", 1].law[...]
+    with pytest.raises(gl.ParameterError, match=r"no 'laws\.mica/\*\.tensil'.*tensile_strength"):
+        _configurations(["linear"], {**sections, "laws": {"mica/*": {"tensil": 5e6}}}, [1], True)
 
 
 def test_runs_stand_in_a_row_for_each_sample():

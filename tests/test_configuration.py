@@ -14,7 +14,7 @@ from grainlaw import laws, protocols
 from grainlaw.cli.components import FILL_IN, choices, name_of
 from grainlaw.cli.configuration import configured, template
 from grainlaw.cli.default_rock import LAWS
-from grainlaw.cli.sections import assign, checked_sections, toml, value_toml
+from grainlaw.cli.sections import assign, checked_sections, read_tables, toml, value_toml
 from grainlaw.cli.setups import SETUPS, _bar
 from grainlaw.fields import ParameterError
 from grainlaw.geometry import Empirical, Even, Hexagonal, Laguerre, Lognormal, rectangle
@@ -278,6 +278,11 @@ HOSTILE = {
     "large": ("[rock]\ndensity = 1" + "0" * 400, "rock.density = 1000.* is not allowed, it is too large"),
     "bytes": ("\udcff", "is no TOML that can be read"),
 }
+
+
+def test_a_file_with_the_mark_and_the_lines_of_windows_is_read(tmp_path):
+    (tmp_path / "x.toml").write_bytes(b"\xef\xbb\xbf[sample]\r\ngrains = 20\r\n")
+    assert read_tables(tmp_path / "x.toml") == {"sample": {"grains": 20}}
 
 
 @pytest.mark.parametrize("name", HOSTILE)

@@ -157,7 +157,7 @@ def test_only_cases_that_came_to_their_end_count(tmp_path, monkeypatch):
     assert (tmp_path / "both" / "envelope.png").read_bytes().startswith(b"\x89PNG")
     one = gl.StrengthEnvelope(table.where(confinement=0.0))
     assert one.summary["strength"] == [pytest.approx(1.01e8)]
-    assert "not two different confinements" in str(one)
+    assert "no strength criteria are fitted" in str(one)
     one.write(tmp_path / "one")
     assert [file.name for file in (tmp_path / "one").iterdir()] == ["summary.json"]
 

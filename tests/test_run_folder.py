@@ -193,6 +193,13 @@ def test_a_run_that_no_process_does_any_more_was_killed(status, words, tmp_path)
         pass
 
 
+def test_no_run_lies_in_the_folder_of_a_study(tmp_path):
+    """It would replace the report of the study."""
+    (tmp_path / "study.json").write_text("{}")
+    with pytest.raises(gl.ParameterError, match="holds a study: choose another folder"), claimed(tmp_path):
+        pass
+
+
 @pytest.mark.thorough
 def test_a_folder_with_a_run_is_refused_or_replaced(tmp_path):
     (tmp_path / "notes.txt").write_text("mine")

@@ -16,6 +16,7 @@ from grainlaw.cli.components import refuse_unknown
 from grainlaw.cli.configuration import CONFIG, Configuration, configured
 from grainlaw.cli.default_rock import LAWS, QUICK, SAMPLE, law_named
 from grainlaw.cli.law_copy import copied, copied_grains
+from grainlaw.cli.minerals import table_of
 from grainlaw.cli.sections import Sections, gathered, toml, with_options
 from grainlaw.compiler.cache import is_portable
 from grainlaw.contact import Laws
@@ -145,11 +146,20 @@ def _configurations(
             )
         law_named(name)  # refuses what there is not
     fields = {name: [row[0] for row in parameters_of(type(law))] for name, law in LAWS.items()}
-    refuse_unknown("law", parameters, dict.fromkeys(field for own in fields.values() for field in own))
+    any_of_them = dict.fromkeys(field for own in fields.values() for field in own)
+    refuse_unknown("law", parameters, any_of_them)
+    beside = {key: table_of(entry, f"laws.{key}") for key, entry in sections.get("laws", {}).items()}
+    for key, table in beside.items():
+        if "type" not in table:
+            refuse_unknown(f"laws.{key}", table, any_of_them)
 
     def of(name: str, sample: Mapping[str, Any]) -> Configuration:
-        law = {key: value for key, value in parameters.items() if key in fields[name]}
-        return configured(TEST, {**sections, "law": {"type": name, **law}, "sample": dict(sample)}, quick)
+        def its(table: Mapping[str, Any]) -> dict[str, Any]:
+            return {key: value for key, value in table.items() if key in fields[name]}
+
+        laws = {key: table if "type" in table else its(table) for key, table in beside.items()}
+        law = {"type": name, **its(parameters)}
+        return configured(TEST, {**sections, "law": law, "laws": laws, "sample": dict(sample)}, quick)
 
     sample = sections.get("sample", {})
     alone = of(names[0], sample).sections["sample"].get("seed")

@@ -12,8 +12,7 @@ import numpy as np
 
 from grainlaw.cli.answers import answer, json_option
 from grainlaw.messages import cut
-from grainlaw.runs.claim import RUN
-from grainlaw.studies.store import STUDY
+from grainlaw.runs.claim import RUN, STUDY
 
 #: what decides the results of a run, in its record
 DECIDING = {"specimen": "specimen", "law": "law", "protocol": "test", "options": "options", "engine": "engine"}

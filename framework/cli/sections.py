@@ -30,7 +30,7 @@ def read_file(file: Path) -> Sections:
 def read_tables(file: Path) -> dict[str, Any]:
     """What a TOML file holds. Raises :class:`ParameterError` for a file that cannot be read."""
     try:
-        return tomllib.loads(file.read_text(encoding="utf-8"))
+        return tomllib.loads(file.read_text(encoding="utf-8-sig"))  # editors of Windows begin with a mark
     except OSError as error:
         raise ParameterError(f"{file} cannot be read: {error.strerror}") from None
     except (ValueError, RecursionError) as error:  # also what is nested too deep, and numbers of thousands of digits

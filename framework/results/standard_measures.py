@@ -234,7 +234,10 @@ MEASURES: dict[str, Measure] = {
             resolution_in=lambda lab: lab.value("b_error"),
         ),
         Standard("b_error", "standard error of the b-value", lambda lab: lab.events.b_value()[1], source=AKI),
-        Standard("failure_plane_angle", "failure plane, from the x axis", lambda lab: lab.plane.angle, "deg", MARDIA),
+        Standard(
+            "failure_plane_angle", "failure plane to the x axis, whichever way it leans",
+            lambda lab: min(lab.plane.angle, math.pi - lab.plane.angle), "deg", MARDIA,
+        ),
         Standard(
             "failure_plane_strength", "alignment of the failure plane", lambda lab: lab.plane.strength, source=MARDIA
         ),

@@ -18,6 +18,7 @@ from grainlaw.results.files import RESULT, file_name, writable_folder
 from grainlaw.runs.progress_file import PROGRESS
 
 RUN, CHECKPOINT, FRAMES, LOCK = "run.json", "checkpoint.npz", "frames", ".grainlaw.lock"
+STUDY = "study.json"  #: of a study, in whose folder no run of its own lies
 LAW_FILES = "law_files"  #: folder of the copies of a user's law files, with folders of their own
 MATERIAL_FILES = "material_files"  #: the same of materials
 TEST_FILES = "test_files"  #: and of tests
@@ -97,6 +98,8 @@ def claimed(
         _bring_back(path)  # a run that was to replace it ended before it had begun
         if overwrite:
             _set_aside(path)
+        elif (path / STUDY).exists():
+            raise ParameterError(f"the folder '{path}' holds a study: choose another folder")
         elif (path / RUN).exists() and not restart:
             raise ParameterError(
                 f"the folder '{path}' holds a run ({_run_of(path)}): choose another folder, go on with that run "

@@ -216,7 +216,7 @@ class StrengthEnvelope(metaclass=Checked):
 
     def __str__(self) -> str:
         if not self.can_be_fitted:
-            return f"{self.table}\n\nthere are not two different confinements to fit strength criteria to"
+            return f"{self.table}\n\nno strength criteria are fitted: specimens must fail at two different confinements"
         line, parabola, rows = self.mohr_coulomb, self.hoek_brown, [str(self.table), ""]
         for name, value, interval, unit in (
             ("slope", line.slope, line.slope_interval, ""),

@@ -20,12 +20,13 @@ from filelock import FileLock, Timeout
 from grainlaw.fields import ParameterError
 from grainlaw.results.archive import from_bytes
 from grainlaw.results.files import warn, writable_folder, write_atomically, write_text
+from grainlaw.runs.claim import LOCK, STUDY
 
 if TYPE_CHECKING:
     from grainlaw.results.result import Result
 
 FORMAT = 2  #: raise when a store of before could not be read any more
-STUDY, CASES, RUNS, PACKS, LOCK = "study.json", "cases", "runs", "packs", ".grainlaw.lock"
+CASES, RUNS, PACKS = "cases", "runs", "packs"
 KILLED = "killed"
 WRITTEN = "written"  #: s since 1970, of a row: which of several cases with equal factors is the last
 END = "end"  #: of an index, with the number of its lines before

@@ -18,9 +18,9 @@ import attrs
 from grainlaw.columns import SHEAR_CRACKS, TENSILE_CRACKS, leading, readings
 from grainlaw.fields import ParameterError
 from grainlaw.results.files import without_nan
-from grainlaw.runs.claim import CHECKPOINT, RUN
+from grainlaw.runs.claim import CHECKPOINT, RUN, STUDY
 from grainlaw.runs.progress_file import FOLDER, PROGRESS, lives, read, silent
-from grainlaw.studies.store import CASES, KILLED, PACKS, STUDY
+from grainlaw.studies.store import CASES, KILLED, PACKS
 
 RUNNING, FINISHED, STOPPED, FAILED, UNKNOWN, WAITING = "running", "finished", "stopped", "failed", "unknown", "waiting"
 AGAIN = "the command of before"  #: where nothing says which that was

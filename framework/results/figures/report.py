@@ -152,7 +152,7 @@ def _components(results: Mapping[str, Result]) -> Iterator[tuple[str, list[list[
     yield "Specimen", _specimen_rows(first)
     materials = specimen.material if isinstance(specimen.material, Mapping) else {"": specimen.material}
     for phase, material in materials.items():
-        yield f"{called(material)} grains {phase}".strip(), _rows(material)
+        yield f"{called(material)} grains {'of other minerals' if phase is ... else phase}".strip(), _rows(material)
     for name, result in results.items():
         laws = result.law if isinstance(result.law, Mapping) else {"": result.law}
         for pair, law in laws.items():
