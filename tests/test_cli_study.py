@@ -63,6 +63,10 @@ def test_means_are_in_the_units_of_measures(tmp_path):
     printed = means(table_of(rows, tmp_path / "s"), ["law"])
     assert "crack damage (MPa)" in printed
     assert "101 ± 12.71" in printed  # of two: 12.706 times half of their difference
+    rows.append(row({"law": "a", "seed": 3}, {"strength": 2e8}))
+    line = means(table_of(rows, tmp_path / "t"), ["law"]).splitlines()[2]
+    assert line.split()[:2] == ["a", "3"]
+    assert "101 ± 12.71 (2)" in line  # it is not in the third
 
 
 def test_the_table_is_printed_where_no_case_has_another_seed(tmp_path):

@@ -296,6 +296,13 @@ def means(table: Table, by: list[str]) -> str:
     rows = [[*(quantity_of(name).heading for name in by), "n", *(table.quantity(name).heading for name in names)]]
     for entries in zip(*columns, strict=True):
         group: Mean = entries[0]
-        cells = (mean_in_words(entry, table.quantity(name)) for name, entry in zip(names, entries, strict=True))
-        rows.append([*(level(name, group.group[name]) for name in by), str(group.count), *cells])
-    return f"{aligned(rows, rule=True)}\nmeans over the seeds, ± half of the 95 % interval"
+        most = max(entry.count for entry in entries)
+        cells = [mean_in_words(entry, table.quantity(name)) for name, entry in zip(names, entries, strict=True)]
+        cells = [
+            f"{cell} ({entry.count})" if 0 < entry.count < most else cell
+            for cell, entry in zip(cells, entries, strict=True)
+        ]
+        rows.append([*(level(name, group.group[name]) for name in by), str(most), *cells])
+    return (
+        f"{aligned(rows, rule=True)}\nmeans over the seeds, ± half of the 95 % interval; (2): over fewer"
+    )
