@@ -279,10 +279,8 @@ def test_a_test_is_unloaded_at_each_level():
     unload = attrs.evolve(main, loads=back, until=[FallsTo("stress", 0.2)])
     expected = []
     for number, level in ((1, 1e-3), (2, 2e-3)):
-        until = [Reaches("strain", level), *main.until]
-        expected += [
-            attrs.evolve(main, name=f"load {number}", until=until), attrs.evolve(unload, name=f"unload {number}")
-        ]  # fmt: skip
+        load = attrs.evolve(main, name=f"load {number}", until=[Reaches("strain", level)], ends_test=main.until)
+        expected += [load, attrs.evolve(unload, name=f"unload {number}")]
     same(Cyclic(test=press, levels=(1e-3, 2e-3), unload_to=0.2).stages(BLOCKS), [*expected, main])
 
 

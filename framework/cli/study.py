@@ -303,6 +303,4 @@ def means(table: Table, by: list[str]) -> str:
             for cell, entry in zip(cells, entries, strict=True)
         ]
         rows.append([*(level(name, group.group[name]) for name in by), str(most), *cells])
-    return (
-        f"{aligned(rows, rule=True)}\nmeans over the seeds, ± half of the 95 % interval; (2): over fewer"
-    )
+    return f"{aligned(rows, rule=True)}\nmeans over the seeds, ± half of the 95 % interval; (2): over fewer"
