@@ -196,8 +196,9 @@ def test_a_run_that_no_process_does_any_more_was_killed(status, words, tmp_path)
 def test_no_run_lies_in_the_folder_of_a_study(tmp_path):
     """It would replace the report of the study."""
     (tmp_path / "study.json").write_text("{}")
-    with pytest.raises(gl.ParameterError, match="holds a study: choose another folder"), claimed(tmp_path):
-        pass
+    for options in ({}, {"restart": True}, {"overwrite": True}):
+        with pytest.raises(gl.ParameterError, match="holds a study: choose another"), claimed(tmp_path, **options):
+            pass
 
 
 @pytest.mark.thorough

@@ -297,10 +297,10 @@ def means(table: Table, by: list[str]) -> str:
     for entries in zip(*columns, strict=True):
         group: Mean = entries[0]
         most = max(entry.count for entry in entries)
-        cells = [mean_in_words(entry, table.quantity(name)) for name, entry in zip(names, entries, strict=True)]
-        cells = [
-            f"{cell} ({entry.count})" if 0 < entry.count < most else cell
-            for cell, entry in zip(cells, entries, strict=True)
-        ]
+        cells = []
+        for name, entry in zip(names, entries, strict=True):
+            fewer = f" ({entry.count})" if 0 < entry.count < most else ""
+            cells.append(mean_in_words(entry, table.quantity(name)) + fewer)
         rows.append([*(level(name, group.group[name]) for name in by), str(most), *cells])
-    return f"{aligned(rows, rule=True)}\nmeans over the seeds, ± half of the 95 % interval; (2): over fewer"
+    said = "means over the seeds, ± half of the 95 % interval; (2): over so many where fewer than n have it"
+    return f"{aligned(rows, rule=True)}\n{said}"

@@ -49,7 +49,7 @@ def least_work(state: State) -> float:
 def unbalanced(state: State) -> float:
     """Mean unbalanced force over mean force of contacts, tied nodes and fluids; 0 at rest.
 
-    Where there are none, over the mean reaction; 1 where these are 0 and not all is.
+    Where there are none, over the mean reaction; 1 where that is 0 and a force is left.
     """
     free = state.freedoms.arrays.free[:2] > 0
     if not free.any():

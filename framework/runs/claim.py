@@ -96,10 +96,10 @@ def claimed(
         for rest in (*path.glob(".*.part*"), *path.glob("*/.*.part*")):  # of a run that was killed
             rest.unlink(missing_ok=True)
         _bring_back(path)  # a run that was to replace it ended before it had begun
+        if (path / STUDY).exists():
+            raise ParameterError(f"the folder '{path}' holds a study: choose another folder")
         if overwrite:
             _set_aside(path)
-        elif (path / STUDY).exists():
-            raise ParameterError(f"the folder '{path}' holds a study: choose another folder")
         elif (path / RUN).exists() and not restart:
             raise ParameterError(
                 f"the folder '{path}' holds a run ({_run_of(path)}): choose another folder, go on with that run "

@@ -2,8 +2,8 @@
 
 The code is walked as for compiled laws, so that comments and what is not used do not count. Grainlaw and installed
 packages count by their versions, and a module from which code takes something by a text (``getattr``) by all that its
-file says. Files, the clock and chance that code reads are not seen, nor modules that it imports
-when it is called: give as levels what files say.
+file says. Files, the clock and chance that code reads are not seen, nor modules that it imports when it is called: give
+as levels what files say.
 """
 
 from __future__ import annotations
