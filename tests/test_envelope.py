@@ -44,6 +44,17 @@ def test_a_hoek_brown_rock_gives_its_constants(ucs, m):
     fit = gl.fit_hoek_brown(CONFINEMENTS, CONFINEMENTS + np.sqrt(m * ucs * CONFINEMENTS + ucs**2))
     assert fit.ucs == pytest.approx(ucs, rel=1e-6)
     assert fit.m == pytest.approx(m, rel=1e-6)
+    assert fit.r_squared == pytest.approx(1)
+
+
+def test_both_criteria_are_judged_by_the_strengths():
+    """Not by their squares, of which those under pressure count most; at two pressures both leave the same."""
+    scattered, x = np.array([11.0, 9.0, 18.0, 14.0]) * 1e6, np.array([0.0, 0.0, 4.0, 4.0]) * 1e6
+    fit = gl.fit_hoek_brown(x, scattered)
+    found = x + np.sqrt(fit.m * fit.ucs * x + fit.ucs**2)
+    total = np.sum((scattered - scattered.mean()) ** 2)
+    assert fit.r_squared == pytest.approx(1 - np.sum((scattered - found) ** 2) / total)
+    assert fit.r_squared == pytest.approx(gl.fit_mohr_coulomb(x, scattered).r_squared, abs=0.01)
 
 
 def test_intervals_agree_with_a_fit_of_the_constants_themselves():

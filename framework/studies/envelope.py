@@ -59,7 +59,7 @@ class HoekBrownFit(metaclass=Checked):
     ucs_interval: Interval  #: Pa, 95 %
     m: float  #: of the criterion
     m_interval: Interval  #: 95 %
-    r_squared: float  #: coefficient of determination
+    r_squared: float  #: coefficient of determination of the strengths, as that of the line
 
 
 @checked
@@ -98,9 +98,12 @@ def fit_hoek_brown(confinement: Sequence[float], strength: Sequence[float]) -> H
     line = _Line.through(x, (y - x) ** 2)
     ucs = math.sqrt(line.intercept) if line.intercept > 0 else math.nan
     m, error = line.slope / ucs, line.error(1 / ucs, -line.slope / (2 * ucs**3))
+    with np.errstate(invalid="ignore", divide="ignore"):  # squares below 0, and strengths that are all equal
+        left = y - x - np.sqrt(line.slope * x + ucs**2)
+        r_squared = float(1 - np.divide(left @ left, np.sum((y - y.mean()) ** 2)))
     return HoekBrownFit(
         ucs=ucs, ucs_interval=line.interval(ucs, line.intercept_error / (2 * ucs)), m=m,
-        m_interval=line.interval(m, error), r_squared=line.r_squared,
+        m_interval=line.interval(m, error), r_squared=r_squared,
     )  # fmt: skip
 
 
