@@ -16,7 +16,7 @@ from grainlaw.geometry import Bricks, Voronoi, apart, between_platens, polygon, 
 from grainlaw.laws import CohesiveCrack, Linear, StaticFatigue, WeibullField
 from grainlaw.material import Plane
 from grainlaw.protocols import UniaxialCompression
-from grainlaw.results.archive import FORMAT, Recorded, from_bytes, law_name, law_names, listed, to_bytes
+from grainlaw.results.archive import FORMAT, Recorded, from_bytes, law_name, listed, to_bytes
 from grainlaw.results.figures.cracks import crack_lines
 from grainlaw.results.result import Cracks
 from grainlaw.units import mm
@@ -243,7 +243,7 @@ def about(content, **changes):
 
 def test_a_law_around_another_is_called_by_both_also_after_it_was_read():
     aged = StaticFatigue(law=BRITTLE, rate=1e-6)
-    assert law_names({("a", "a"): aged, ...: BRITTLE}) == "StaticFatigue of MohrCoulomb, MohrCoulomb"
+    assert law_name({("a", "a"): aged, ...: BRITTLE}) == "StaticFatigue of MohrCoulomb, MohrCoulomb"
     read = Recorded("Delayed", {"law": {"type": "StaticFatigue", "law": {"type": "Linear", "kn": 1.0}}})
     assert (law_name(aged), law_name(read)) == ("StaticFatigue of MohrCoulomb", "Delayed of StaticFatigue of Linear")
     assert law_name(Recorded("Own", {"law": 3})) == "Own"

@@ -170,6 +170,10 @@ def test_what_was_tested_by_hand():
         "aged (StaticFatigue of MohrCoulomb)", "StaticFatigue of MohrCoulomb",
         "pairs (MohrCoulomb) between quartz and mica", "pairs (Linear) elsewhere", "Uniaxial compression",
     ]  # fmt: skip
+    alone = SimpleNamespace(**vars(one), law=laws["pairs"])  # of one run its name is not said again
+    assert list(dict(_components({"MohrCoulomb, Linear": alone})))[2:4] == [
+        "MohrCoulomb between quartz and mica", "Linear elsewhere",
+    ]  # fmt: skip
     rows = dict(parts["Specimen"])
     sizes = [float(rows[name].removesuffix(" mm")) for name in ("width", "height", "mean grain size")]
     assert sizes == pytest.approx([40, 40, 40 * np.sqrt(np.pi / 4 / specimen.grains.count)], rel=0.02)

@@ -78,8 +78,10 @@ def in_words(component: Any) -> str:
 
 
 def law_name(law: Any) -> str:
-    """The name of a law's class, and of the law that it modifies; how many there are where they differ by joint."""
-    return f"{len(law)} laws" if isinstance(law, Mapping) else _law_called(called(law), listed(law))
+    """The name of a law's class, and of the law that it modifies; of several, as by joint, each name once."""
+    if isinstance(law, Mapping):
+        return ", ".join(dict.fromkeys(map(law_name, law.values())))
+    return _law_called(called(law), listed(law))
 
 
 def _law_called(name: str, values: Mapping[str, Any]) -> str:
@@ -87,12 +89,6 @@ def _law_called(name: str, values: Mapping[str, Any]) -> str:
     if not isinstance(inner, Mapping) or "type" not in inner:
         return name
     return f"{name} of {_law_called(inner['type'], inner)}"
-
-
-def law_names(law: Any) -> str:
-    """The names of all laws."""
-    laws = law.values() if isinstance(law, Mapping) else [law]
-    return ", ".join(dict.fromkeys(map(law_name, laws)))
 
 
 def listed(component: Any) -> dict[str, Any]:

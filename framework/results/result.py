@@ -355,12 +355,12 @@ class Result(metaclass=Checked):
 
     def write_vtk(self, folder: str | os.PathLike[str]) -> None:
         """Write ``grains.pvd``, ``cracks.pvd``, their .vtu series, and ``show_in_paraview.py``. Raises OSError."""
-        from grainlaw.results.archive import law_name, law_names
+        from grainlaw.results.archive import law_name
         from grainlaw.results.paraview import write_script
         from grainlaw.results.vtk import VtkSeries
 
         self.frame("write_vtk", -1)
-        series = VtkSeries(folder, self.specimen, self.interfaces, law_names(self.law))
+        series = VtkSeries(folder, self.specimen, self.interfaces, law_name(self.law))
         for frame in self.frames:
             series.write(frame, self.curves)
         write_script(folder, [[(law_name(self.law), "", self)]])

@@ -16,7 +16,7 @@ from grainlaw.columns import COURSE, TIME, quantity_of
 from grainlaw.engine.state import State
 from grainlaw.material import Elastic, Plane
 from grainlaw.observation import Observer
-from grainlaw.results.archive import law_names
+from grainlaw.results.archive import law_name
 from grainlaw.results.files import check_room, warn, writable_folder, write_atomically, write_text
 from grainlaw.results.frames import Frame, FrameClock, take_frame
 from grainlaw.results.result import contact_segments, interface_kinds
@@ -262,7 +262,7 @@ class VtkWriter(Observer):
 
     def _series(self, state: State) -> VtkSeries:
         if self.series is None:
-            self.series = VtkSeries(self.folder, state.specimen, state.bonds.ends, law_names(state.model.laws))
+            self.series = VtkSeries(self.folder, state.specimen, state.bonds.ends, law_name(state.model.laws))
         return self.series
 
     def save(self) -> dict[str, np.ndarray]:

@@ -24,7 +24,7 @@ from grainlaw.drawing.palette import BLUE, VERMILLION
 from grainlaw.fields import checked_whole_number
 from grainlaw.messages import refusal
 from grainlaw.region import Region
-from grainlaw.results.archive import law_names
+from grainlaw.results.archive import law_name
 from grainlaw.results.files import write_atomically
 from grainlaw.results.frames import Frame
 from grainlaw.results.result import Cracks, Result, contact_segments
@@ -118,7 +118,7 @@ def plot_cracks(
     figure, axes = given_or_new("plot_cracks", ax, (min(10.0, 6.5 * width / height + 1.6), 8.0))
     draw_cracks(axes, result, frame, phases=phases)
     count_below(axes)
-    axes.set_title(law_names(result.law) if title is None else title)
+    axes.set_title(law_name(result.law) if title is None else title)
     return figure
 
 
@@ -223,7 +223,7 @@ def named_results(where: str, results: Any) -> dict[str, Result]:
         }
     elif isinstance(results, (list, tuple)) and all(isinstance(each, Result) for each in results):
         for each in results:
-            name = law_names(each.law)
+            name = law_name(each.law)
             taken = sum(other.split(" (")[0] == name for other in named)
             named[f"{name} ({taken + 1})" if taken else name] = each
     if not named or not all(isinstance(each, Result) for each in named.values()):

@@ -31,7 +31,7 @@ from grainlaw.drawing.palette import BLACK, color, marker, style
 from grainlaw.fields import ParameterError
 from grainlaw.messages import refusal
 from grainlaw.moduli import in_plane_strain
-from grainlaw.results.archive import law_names
+from grainlaw.results.archive import law_name
 from grainlaw.results.certificate import is_whole
 from grainlaw.results.figures.cracks import SHEAR, TENSILE, count_below, draw_cracks, named_results
 from grainlaw.results.means import Samples
@@ -249,7 +249,7 @@ def plot_result(result: Result) -> Figure:
     """The usual picture of a test next to the crack pattern."""
     figure = Figure(figsize=(11, 6.5), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=[1.5, 1])
-    draw_curves(left, {law_names(result.law): result})
+    draw_curves(left, {law_name(result.law): result})
     draw_cracks(right, result)
     count_below(right)
     return figure

@@ -158,7 +158,7 @@ def _components(results: Mapping[str, Result]) -> Iterator[tuple[str, list[list[
         for pair, law in laws.items():
             kind = law_name(law)
             between = f" {words_of(pair)}" if pair != "" else ""
-            yield (kind if name == kind else f"{name} ({kind})") + between, _rows(law)
+            yield (kind if name == kind or len(results) == 1 else f"{name} ({kind})") + between, _rows(law)
     yield in_words(first.protocol), _rows(first.protocol)
 
 
