@@ -7,7 +7,7 @@ import inspect
 import os
 import re
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import attrs
@@ -34,6 +34,12 @@ def users_line() -> int:
     while frame.f_back and frame.f_code.co_filename.startswith(_OURS):
         level, frame = level + 1, frame.f_back
     return level
+
+
+def refuse_twice(where: str, names: Sequence[str], why: str = "") -> None:
+    """Raise :class:`ParameterError` where two things have one name; it begins with ``where``."""
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise ParameterError(f"{where}: two are named {twice[0]!r}, each must have a name of its own{why}")
 
 
 def short(value: Any, most: int = LONGEST) -> str:

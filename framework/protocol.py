@@ -10,8 +10,7 @@ from grainlaw.arguments import Checked
 from grainlaw.columns import Panel
 from grainlaw.conditions import Curves
 from grainlaw.engine.state import State
-from grainlaw.fields import ParameterError
-from grainlaw.messages import refusal
+from grainlaw.messages import refusal, refuse_twice
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
@@ -78,10 +77,6 @@ def stages_of(protocol: LoadingProtocol, specimen: Specimen) -> list[Stage]:
     found = protocol.stages(specimen)
     if not isinstance(found, Sequence) or not found or not all(isinstance(each, Stage) for each in found):
         raise refusal(f"{type(protocol).__name__}.stages", found, "a list of at least one gl.Stage")
-    names = [stage.name for stage in found]
-    if twice := [name for name in names if names.count(name) > 1]:
-        raise ParameterError(
-            f"{type(protocol).__name__}.stages: two are named {twice[0]!r}, each must have a name of its own: by it a "
-            "result is asked for what happened since a stage"
-        )
+    why = ": by it a result is asked for what happened since a stage"
+    refuse_twice(f"{type(protocol).__name__}.stages", [stage.name for stage in found], why)
     return list(found)

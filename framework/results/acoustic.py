@@ -237,7 +237,7 @@ def acoustic_events(
     and Yarushina 2021). What goes into motion while an event lasts is radiated by it, shared among those that last at
     the same time by their energy.
     """
-    checked_number("acoustic_events: thickness", thickness, "m", above=0)
+    checked_number("acoustic_events: thickness", thickness, above=0)
     for name, value in (("distance", distance), ("duration", duration)):
         if value is not None:
             checked_number(f"acoustic_events: {name}", value, at_least=0)

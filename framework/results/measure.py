@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from grainlaw.arguments import Checked
 from grainlaw.columns import missing
 from grainlaw.fields import ParameterError
-from grainlaw.messages import short
+from grainlaw.messages import refuse_twice, short
 from grainlaw.quantity import Quantity
 from grainlaw.unit_text import factor_into
 
@@ -105,9 +105,7 @@ def check_measures(where: str, measures: Sequence[Measure]) -> None:
     for measure in measures:
         if not isinstance(measure, Measure):
             raise ParameterError(f"{where}: measures: {short(measure)} is not allowed, it must be a Measure")
-    names = [measure.name for measure in measures]
-    if twice := [name for name in names if names.count(name) > 1]:
-        raise ParameterError(f"{where}: measures: two are named {twice[0]!r}, each must have a name of its own")
+    refuse_twice(f"{where}: measures", [measure.name for measure in measures])
 
 
 def lacks_frames(measure: Measure, laboratory: Laboratory) -> bool:
