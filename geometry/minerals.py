@@ -25,7 +25,7 @@ from grainlaw.geometry.cells.dealing import (
 from grainlaw.geometry.cells.grain_size import grain_count
 from grainlaw.geometry.laguerre import Laguerre
 from grainlaw.geometry.sizes import ByPhase, Graded, NaturalGrowth
-from grainlaw.messages import refusal
+from grainlaw.messages import refusal, users_line
 from grainlaw.region import Region
 from grainlaw.tessellation import BETWEEN, INSIDE, Tessellation, Tessellator
 
@@ -124,7 +124,7 @@ class Minerals(Tessellator):
         if missing:
             shares = ", ".join(f"{name} ({self.fractions[name]:g})" for name in missing)
             words = f"Minerals: no grain is {shares}: {len(phase)} grains are too few for so small a share"
-            warnings.warn(words, stacklevel=4)
+            warnings.warn(words, stacklevel=users_line())
 
     def _sized(self, region: Region, grains: Laguerre, sizes: ByPhase) -> tuple[AreaFit, np.ndarray]:
         """Grains of the sizes of their minerals, and (n,) the mineral of each of the areas they were asked to have.

@@ -36,7 +36,7 @@ from grainlaw.calibration.waves import Search, Tell
 from grainlaw.contact import ContactLaw
 from grainlaw.fields import ParameterError, checked_whole_number
 from grainlaw.material import Elastic
-from grainlaw.messages import enumeration, refusal
+from grainlaw.messages import enumeration, refusal, users_line
 from grainlaw.runs.progress import shown_in
 from grainlaw.runs.stopping import Stopped
 from grainlaw.short_form import to_digits
@@ -169,7 +169,7 @@ def _warn_of_few(where: str, targets: Targets, space: Space) -> None:
         warnings.warn(
             f"{where}: {len(targets.tested)} targets of strength ({given}) for {len(space.free)} free parameters "
             f"({asked}) cannot determine all of them: give more targets, or fix or tie a parameter",
-            stacklevel=4,
+            stacklevel=users_line(),
         )
 
 
@@ -182,7 +182,7 @@ def _warn_of_sizes(where: str, ones: Mapping[str, Specimen]) -> None:
         warnings.warn(
             f"{where}: grains of the {most} are {sizes[most] * 1e3:.3g} mm, those of the {least} "
             f"{sizes[least] * 1e3:.3g} mm: a rock has one size, which a grain_size for each gives",
-            stacklevel=4,
+            stacklevel=users_line(),
         )
 
 

@@ -30,7 +30,7 @@ from grainlaw.engine.ledger import ROUNDING, energies, least_work, motion, unbal
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.fields import ParameterError
-from grainlaw.messages import enumeration, refusal
+from grainlaw.messages import enumeration, refusal, users_line
 from grainlaw.observation import Observer
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.frames import Frame, FrameClock, FrameRecorder, take_frame
@@ -194,7 +194,7 @@ class Execution:
             warnings.warn(
                 f"stage '{stage.name}' ended at its first sample, and {stage.expected} were expected: are its interval "
                 "and what it waits for in SI (m, s, Pa)?",
-                stacklevel=4,
+                stacklevel=users_line(),
             )
 
     def _stand(self, stage: Stage) -> str:
@@ -387,7 +387,7 @@ class Execution:
     def _tell_misspelt(self, result: Result) -> None:
         declared = self.protocol.panels, self.protocol.quantities
         for words in misspelt(*declared, list(result.curves), list(result.summary)):
-            warnings.warn(f"{type(self.protocol).__name__} has {words}", stacklevel=4)
+            warnings.warn(f"{type(self.protocol).__name__} has {words}", stacklevel=users_line())
 
     def _result_with(self, frames: list[Frame], *, of_test: bool = True) -> Result:
         curves, seconds = self.columns.since(0), self.at.seconds

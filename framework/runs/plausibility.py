@@ -27,6 +27,7 @@ from grainlaw.loads import (
     Traction,
 )
 from grainlaw.material import Rigid
+from grainlaw.messages import users_line
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
 from grainlaw.tessellation import INSIDE
@@ -46,13 +47,13 @@ SPEED = 0.005  #: of the speed of waves: the fastest usual loading
 def warn_of_scales(model: Model, stages: Sequence[Stage]) -> None:
     """Warn (:class:`UnitWarning`) of loads and speeds that do not go with their grains."""
     for words in (*_levels(model, stages), *_speeds(model, stages)):
-        warnings.warn(UnitWarning(words), stacklevel=4)
+        warnings.warn(UnitWarning(words), stacklevel=users_line())
 
 
 def warn_of_contacts(specimen: Specimen, laws: Laws) -> None:
     """Warn (:class:`UnitWarning`) of contacts that do not go with their grains."""
     for words in _contacts(specimen, laws):
-        warnings.warn(UnitWarning(words), stacklevel=4)
+        warnings.warn(UnitWarning(words), stacklevel=users_line())
 
 
 def warn_of_thin_cell(model: Model) -> None:
@@ -66,7 +67,7 @@ def warn_of_thin_cell(model: Model) -> None:
             f"the step of a run is {ratio:.2g} of what most zones allow, for the thin cell {cell} at "
             f"({x:.4g}, {y:.4g}) m; another seed, fewer sides of a round outline, larger grains beside it or "
             "mass_scaling=2 make it longer",
-            stacklevel=4,
+            stacklevel=users_line(),
         )
 
 
@@ -78,7 +79,7 @@ def warn_of_idle_laws(model: Model) -> None:
         warnings.warn(
             f"law: {inside[0]!r} is for cells of one grain, and no grain of this specimen has cells: nothing follows "
             "it; Breakable(grains, VoronoiCells(count=8)) gives them",
-            stacklevel=4,
+            stacklevel=users_line(),
         )
 
 
@@ -93,7 +94,7 @@ def warn_of_free(stages: Sequence[Stage]) -> None:
         elif drives and all(isinstance(load, Drive) and load.boundary == drives[0].boundary for load in stage.loads):
             words = f"moves {drives[0].boundary}, and nothing holds the specimen against it"
         if words:
-            warnings.warn(f"stage '{stage.name}' {words}", stacklevel=4)
+            warnings.warn(f"stage '{stage.name}' {words}", stacklevel=users_line())
         moved = f"'{stage.name}'" if drives else moved if not stage.loads else ""
 
 
@@ -112,7 +113,7 @@ def warn_of_unbalanced(model: Model, stages: Sequence[Stage]) -> None:
                     f"stage '{stage.name}': the forces of Hold on {', '.join(load.boundary for load in holds)} along "
                     f"{'xy'[axis]} have a sum of {sum(forces):.4g} N/m, and nothing holds the specimen against it: a "
                     "stress is positive along the axis, on either side",
-                    stacklevel=4,
+                    stacklevel=users_line(),
                 )
                 return
 
@@ -131,7 +132,7 @@ def warn_of_jumps(stages: Sequence[Stage]) -> None:
                     f"stage '{stage.name}': {type(load).__name__} on the boundary {load.boundary} begins with "
                     f"{then:.4g}, where stage '{before.name}' ends with {was:.4g}: such a jump is a shock; give it "
                     f"here, too, with start={was:.4g} and a ramp",
-                    stacklevel=4,
+                    stacklevel=users_line(),
                 )
                 return
 

@@ -9,6 +9,7 @@ from grainlaw.geometry.cells.joining import tiling_of
 from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.sides import region_sides
 from grainlaw.mesh import build_mesh
+from grainlaw.messages import users_line
 from grainlaw.tessellation import Tessellation
 
 FLATTEST = 1e-7  #: sine of the smallest turn: drawn slivers are far thinner than those that tessellators leave
@@ -43,4 +44,4 @@ def warn_of_slivers(where: str, grains: Tessellation) -> None:
             f"({x:.6g}, {y:.6g}) m, with an edge of {shortest:.2g} m in grains of {grains.grain_size:.2g} m; "
             "merge=0.1 removes edges below a tenth of the grain size"
         )
-        warnings.warn(SliverWarning(words), stacklevel=5)
+        warnings.warn(SliverWarning(words), stacklevel=users_line())
