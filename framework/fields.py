@@ -249,16 +249,24 @@ def vector(unit: str, names: tuple[str, ...] = ("x", "y"), **default: Any) -> An
     return checked_field(check, metadata={"unit": unit}, **default)
 
 
-def grain_numbers() -> Any:
-    """Declare grains of a component by their numbers, none by default: ``fixed: Sequence[int] = grain_numbers()``."""
+def grain_numbers(*, default: tuple[int, ...] | None = ()) -> Any:
+    """Declare grains of a component by their numbers: ``fixed: Sequence[int] = grain_numbers()``.
 
-    def check(where: str, value: Any) -> tuple[int, ...]:
+    None by default; where the default is None, all grains, and a list has at least one.
+    """
+
+    def check(where: str, value: Any) -> tuple[int, ...] | None:
+        if value is None and default is None:
+            return None
         try:
-            return tuple(operator.index(entry) for entry in value)
+            numbers = tuple(operator.index(entry) for entry in value)
         except TypeError:
             raise refusal(where, value, "a list of grain numbers") from None
+        if not numbers and default is None:
+            raise refusal(where, value, "at least one grain number, or None for all grains")
+        return numbers
 
-    return checked_field(check, default=())
+    return checked_field(check, default=default)
 
 
 @checked

@@ -754,12 +754,12 @@ class HeatSource(HeatLoad):
     """Heat that arises in grains, as by radioactive waste."""
 
     power: Varying = varying("W/m3")  #: per volume
-    grains: Sequence[int] = grain_numbers()  #: their numbers; all grains, unless some are given
+    grains: Sequence[int] | None = grain_numbers(default=None)  #: their numbers; all grains, unless some are given
     start: float = parameter("W/m3", default=0.0, above=-math.inf)  #: at first; ``power`` after ``ramp``
     ramp: float = parameter("s", default=0.0, at_least=0)  #: time of heat in which it changes
 
     def check_specimen(self, specimen: Specimen) -> None:
-        specimen.check_grain_numbers("HeatSource: grains", self.grains)
+        specimen.check_grain_numbers("HeatSource: grains", self.grains or ())
 
 
 def __dir__() -> list[str]:  # a notebook offers what is public

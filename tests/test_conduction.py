@@ -578,6 +578,7 @@ QUARTZ_ROCK = Thermal(material=ELASTIC, expansion=QUARTZ, conductivity=K, heat_c
             lambda: run(slab(), [gl.loads.Conduction(duration=1.0)], time=1e-9, samples=1),
             "more than a tenth of the duration = 1 s: give a smaller one",
         ),
+        (lambda: gl.loads.HeatSource(power=1.0, grains=[]), "at least one grain number, or None for all grains"),
         (lambda: gl.loads.HeatSource(power=1.0, grains=[99]).check_specimen(slab()), "HeatSource: grains = 99"),
         (
             lambda: gl.loads.FixedTemperature(boundary="rim", temperature=60).check_specimen(slab()),

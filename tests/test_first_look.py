@@ -8,6 +8,7 @@ import pytest
 from support import small_sample
 
 import grainlaw as gl
+from grainlaw.calibration import calibrate as calibration
 from grainlaw.calibration import first_look as module
 from grainlaw.calibration.first_look import (
     FILES,
@@ -380,3 +381,22 @@ def test_a_first_look_gives_a_law_with_the_modulus_that_was_asked_for():
     for name, target in found.elastic.items():
         low, high = found.match.ends_of(name, found.moduli[name])
         assert low < target.value < high
+
+
+def test_strengths_are_met_between_contacts_as_stiff_as_the_answer_wants_them(monkeypatch):
+    """Statics that take twice the stiffness at first: what is found with it is looked for again with the right one."""
+    asked = []
+
+    def expected(space, targets, ones, statics, seed, point=None):
+        asked.append(point)
+        return expected_stiffness(space, targets, ones, statics, seed, point) if point is not None else twice
+
+    twice = Stiffness(parameters={"kn": 4e14, "ks": 3.9e14}, grains=1.0, modulus=58 * GPa, poisson=0.26, solutions=1)
+    monkeypatch.setattr(calibration, "expected_stiffness", expected)
+    wanted = {"ucs": 80 * MPa, "tensile_strength": 8 * MPa, "youngs_modulus": 45 * GPa}
+    targets = gl.Targets(**wanted, confinements=[5 * MPa], friction_angle=42.0)
+    found = gl.first_look(targets, LAW, FREE, specimen, seeds=2)
+    assert found.meets_moduli
+    for name in ("ucs", "tensile_strength"):
+        assert found.expected[name][0] == pytest.approx(wanted[name], rel=0.02)
+    assert len(asked) >= 2

@@ -48,6 +48,7 @@ FRESH = 10  #: specimens that the answer is tried on, of each shape
 ALIKE = 1.25  #: ratio of the sizes of grains of two shapes that are those of one rock
 CHAINS = "chains"  #: folder of the store
 BEGIN = 40  #: points for each free parameter that a first look offers a search to begin with
+LOOKS = 3  #: looks again at most, where the best parameters want other stiffnesses than were taken
 SOFT = 5.0  #: normal stiffness to begin with where none is given, times the grains' modulus over their size
 
 
@@ -242,8 +243,12 @@ def first_look(
         stiffness = expected_stiffness(space, targets, ones, statics, seed)
         space = space.evolved(stiffness.parameters)
     found = looked_at(space, targets, ones, stiffness, seed)
-    if statics is not None and isinstance(found, FirstLook) and found.posterior and not found.meets_moduli:
-        found = found.stiffened(expected_stiffness(space, targets, ones, statics, seed, found.posterior.best))
+    for _ in range(LOOKS):  # the strengths between contacts as stiff as the best parameters want them
+        if statics is None or isinstance(found, str) or found.posterior is None or found.meets_moduli:
+            break
+        stiffness = expected_stiffness(space, targets, ones, statics, seed, found.posterior.best)
+        space = space.evolved(stiffness.parameters)
+        found = looked_at(space, targets, ones, stiffness, seed)
     if isinstance(found, str):
         raise ParameterError(f"first_look: the emulator that comes with grainlaw does not know this rock: {found}")
     return found

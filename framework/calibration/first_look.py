@@ -408,13 +408,6 @@ class FirstLook(metaclass=Checked):
         found = self.moduli
         return all(abs(found[name] / target.value - 1) <= WITHIN for name, target in self.elastic.items())
 
-    def stiffened(self, stiffness: Stiffness) -> FirstLook:
-        """The same parameters between contacts and grains of this stiffness."""
-        space = self.match.space.evolved(stiffness.parameters)
-        return attrs.evolve(
-            self, match=attrs.evolve(self.match, space=space, grains=stiffness.grains), stiffness=stiffness
-        )
-
     def beginning(self, count: int, seed: int) -> np.ndarray:
         """(n, d) points for a search to begin with, at most ``count``: the posterior, twice as wide."""
         assert self.posterior is not None

@@ -222,7 +222,7 @@ class HeatFlow(Part):
             if isinstance(load, HeatFlux):
                 coming += load.course(*times)[0] * self._faces[load.boundary]
             elif isinstance(load, HeatSource):
-                chosen = np.isin(mesh.zone_grain, load.grains or np.arange(self._specimen.grains.count))
+                chosen = load.grains is None or np.isin(mesh.zone_grain, load.grains)
                 each = np.repeat(np.where(chosen, mesh.zone_areas, 0.0) / 3, 3)
                 coming += load.course(*times)[0] * np.bincount(mesh.zones.ravel(), each, len(coming))
             elif isinstance(load, Convection):
