@@ -224,8 +224,12 @@ NUMBERED = re.compile(r"(.+)_(\d+)")  #: as ``stress_0`` of a gauge
 def quantity_of(name: str, own: Mapping[str, Quantity] | None = None) -> Quantity:
     """The quantity of this name: one of their ``own``, a shared one, or one that is shown as it is.
 
-    One of several, as ``stress_0``, is shown as they are.
+    One of several, as ``stress_0``, is shown as they are, and that of a part, as ``mica.youngs_modulus``, by its name.
     """
+    part, dot, last = name.rpartition(".")
+    if dot:
+        kind = quantity_of(last, own)
+        return attrs.evolve(kind, name=name, words=f"{part} {kind.words}")
     numbered = NUMBERED.fullmatch(name)
     for known in (own or {}, SHARED):
         if name in known:

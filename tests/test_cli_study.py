@@ -20,8 +20,10 @@ from study_rows import row, table_of
 import grainlaw as gl
 from grainlaw.cli.study import means
 from grainlaw.cli.study_file import Factor, StudyFile, _names, _range, _recorded, factors, study_of
+from grainlaw.columns import quantity_of
 from grainlaw.fields import ParameterError
 from grainlaw.laws import Linear
+from grainlaw.studies.statistics import level
 from grainlaw.studies.study import Status
 
 cli = importlib.import_module("grainlaw.cli.study")
@@ -256,6 +258,7 @@ def test_quantities_are_numbers_of_the_table_and_keys_may_be_inside(tmp_path):
     rows = rows_of(file, "--set", "law.type=mohr-coulomb")
     assert [float(row["tensile_strength"]) for row in rows] == [10e6, 13e6]
     assert {row["loading"] for row in rows} == {'{type = "constant", speed = "0.2 m/s"}'}
+    assert level("loading", rows[0]["loading"]) == "type constant, speed 0.2 m/s"  # in tables and pictures
     text = invoke("study", "table", file, "--quick", "--set", "law.type=mohr-coulomb").output
     assert [line.split()[0] for line in text.splitlines()[2:4]] == ["10", "13"]
 
@@ -423,6 +426,8 @@ def test_means_are_over_what_is_called_a_seed_wherever_it_stands():
     assert (chosen.over, chosen.by) == (["law-law-seed", "sample-seed"], ["seed-law", "law-type"])
 
 
-def test_factors_have_the_last_word_of_a_key_that_no_other_has():
-    places = [("sample", "seed"), ("test", "loading", "speed"), ("law", "type"), ("law", "kn"), ("laws", "a", "kn")]
-    assert list(_names(dict.fromkeys(places)).values()) == ["seed", "speed", "law", "law.kn", "laws.a.kn"]
+def test_factors_have_the_key_without_its_section_where_no_other_has():
+    places = [("sample", "seed"), ("test", "loading", "speed"), ("law", "type"), ("law", "kn"), ("rock", "kn")]
+    assert list(_names(dict.fromkeys(places)).values()) == ["seed", "loading.speed", "law", "law.kn", "rock.kn"]
+    mica, rock = _names(dict.fromkeys([("rocks", "mica", "youngs_modulus"), ("rock", "youngs_modulus")])).values()
+    assert (quantity_of(mica).heading, quantity_of(rock).heading) == ("mica E (GPa)", "E (GPa)")

@@ -83,8 +83,8 @@ def _place(key: str, file: Path) -> Place:
 
 
 def _names(places: Mapping[Place, Any]) -> dict[Place, str]:
-    """The last part of a key where no other ends in it, else the whole key; ``law`` for its type."""
-    short_names = {place: place[0] if place[1:] == ("type",) else place[-1] for place in places}
+    """A key without its section where no other ends in it, else the whole key; ``law`` for its type."""
+    short_names = {place: place[0] if place[1:] == ("type",) else ".".join(place[1:]) for place in places}
     times = Counter(short_names.values())
     return {place: name if times[name] == 1 else ".".join(place) for place, name in short_names.items()}
 

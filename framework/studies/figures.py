@@ -58,14 +58,19 @@ def plot_strip(table: Table, column: str, by: Sequence[str], over: Sequence[str]
                 x + 0.3, entry.mean * look.factor, reach, fmt="D", color=color, markeredgecolor=BLACK, ecolor=BLACK,
                 markersize=5.5, capsize=3.5, elinewidth=1.3,
             )  # fmt: skip
-    axes.set_xticks(places[: len(found)], [_ticked(e, by[-1:], len(r)) for e, r in zip(found, members, strict=True)])
+    ticks = [_ticked(e, by[-1:], len(r)) for e, r in zip(found, members, strict=True)]
+    axes.set_xticks(places[: len(found)], ticks)
     axes.set_xlim(-0.6, places[-1] + 0.6)
     heading = ", ".join(quantity_of(name).heading for name in reversed(by))
     if len(by) > 1:  # what several strips have in common stands once below them
+        below = -12 - 12.5 * max(text.count("\n") + 1 for text in ticks)  # points, under the longest tick
         for block in dict.fromkeys(blocks):
             middle = np.mean([x for x, each in zip(places, blocks, strict=False) if each == block])
             words = _label(dict(zip(by[:-1], block, strict=True)))
-            axes.annotate(words, (middle, -0.16), xycoords=("data", "axes fraction"), ha="center", va="top")
+            axes.annotate(
+                words, (middle, 0), (0, below), xycoords=("data", "axes fraction"), textcoords="offset points",
+                ha="center", va="top",
+            )  # fmt: skip
     axes.set_xlabel(heading, labelpad=26 if len(by) > 1 else None)
     _finish(axes, look.heading)
     return figure

@@ -119,9 +119,14 @@ def _share_interval(pairs: np.ndarray) -> Interval:
     return float((b - half) / a - 1), float((b + half) / a - 1)
 
 
+_NO_MARKS = str.maketrans("", "", '{}"')
+
+
 def level(factor: str, value: Any) -> str:
-    """A level of a factor as people write it, in the unit of its heading."""
+    """A level of a factor as people write it, in the unit of its heading; a table of a file without its marks."""
     look = quantity_of(factor)
+    if isinstance(value, str) and value.startswith("{"):
+        return value.translate(_NO_MARKS).replace(" = ", " ").strip()
     if isinstance(value, (bool, str)) or (isinstance(value, int) and look.factor == 1):
         return str(value)  # all digits of a seed
     return f"{value * look.factor:.6g}" if isinstance(value, (int, float)) else str(value)
