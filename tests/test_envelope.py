@@ -250,6 +250,22 @@ def test_the_same_call_goes_on_and_another_adds_its_tests(tmp_path, monkeypatch)
     assert (tmp_path / "summary.json").read_bytes() == before
 
 
+@pytest.mark.thorough
+def test_the_command_takes_any_rock_and_its_configuration_makes_the_same(tmp_path, monkeypatch):
+    some = ["--confinement", "0,5", "--seeds", "1,2", "--out", str(tmp_path)]
+    rock = ["--quick", "--grains", "20", "--rock", "lac-du-bonnet-granite", "--set", "law.cohesion=40 MPa"]
+    assert CliRunner().invoke(main, ["envelope", *rock, *some]).exit_code == 0
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    assert (summary["parameters"]["law"]["cohesion"], len(summary["tests"])) == (40e6, 4)
+    assert (
+        summary["parameters"]["material"]["youngs_modulus"] == gl.rocks["lac-du-bonnet-granite"].material.youngs_modulus
+    )
+    monkeypatch.setattr("grainlaw.studies.study.carry_all", lambda *_: pytest.fail("a finished test is run again"))
+    again = ["envelope", "--config", str(tmp_path / "config.toml"), *some]
+    assert CliRunner().invoke(main, again).exit_code == 0
+    assert json.loads((tmp_path / "summary.json").read_text()) == summary
+
+
 def test_a_folder_of_something_else_is_refused(tmp_path):
     (tmp_path / "mine.txt").write_text("mine")
     done = CliRunner().invoke(main, ["envelope", "--quick", "--out", str(tmp_path)])
@@ -267,6 +283,14 @@ def test_a_folder_of_something_else_is_refused(tmp_path):
         (["--confinement", "0,0"], "each once"),
         (["--seeds", "1.5"], "--seeds = 1.5 is not allowed, it must be whole numbers"),
         (["--speed", "-1"], "speed = -1"),
+        (
+            ["--seeds", "1,2", "--set", "sample.tessellator=hexagonal"],
+            "--seeds = 1,2 is not allowed, these grains have no seed",
+        ),
+        (
+            ["--set", "sample.tessellator=hexagonal", "--confinement", "0,5 MPa"],
+            "it must be numbers with commas between",
+        ),
         (["--law", "mohr"], "did you mean 'mohr-coulomb'?"),
     ],
 )

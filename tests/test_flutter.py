@@ -215,7 +215,7 @@ def test_check_holds_what_fails_under_less(monkeypatch, capsys):
     [(True, False, (), 0), (True, True, (), 1), (True, True, ("energy",), 0), (False, False, (), 1)],
 )
 def test_the_exit_code_of_check(passed, flutters, exceptions, code, monkeypatch):
-    monkeypatch.setattr(check, "law_with_files", lambda name: (SimpleNamespace(exceptions=exceptions), []))
+    monkeypatch.setattr(check, "law_or_file", lambda name: SimpleNamespace(exceptions=exceptions))
     monkeypatch.setattr(check, "check_law", lambda law: Report("mine", (Entry("energy", passed),)))
     monkeypatch.setattr(check, "_held", lambda law: flutters)
     assert CliRunner().invoke(main, ["check", "mine"]).exit_code == code

@@ -21,7 +21,7 @@ from grainlaw.calibration.trials import DISC, HALF_DISC, PRISM, SHAPES, USUAL
 from grainlaw.cli.answers import answer, json_option
 from grainlaw.cli.components import evolved, refuse_unknown, settings
 from grainlaw.cli.configuration import Configuration, configured, write_config
-from grainlaw.cli.law_copy import copied
+from grainlaw.cli.law_copy import copied_files
 from grainlaw.cli.minerals import section_of, table_of
 from grainlaw.cli.running import contents, end_stopped, refusing
 from grainlaw.cli.sections import Sections, assign, checked_sections, read_tables
@@ -31,7 +31,6 @@ from grainlaw.edge_keys import words_of
 from grainlaw.fields import ParameterError, whole_number
 from grainlaw.messages import refusal, short
 from grainlaw.results.files import warn, writable_folder
-from grainlaw.runs.claim import MATERIAL_FILES
 from grainlaw.runs.progress_file import read
 from grainlaw.runs.stopping import Stopped
 from grainlaw.specimen import Specimen
@@ -295,10 +294,9 @@ def _write_rock(found: Calibration, chosen: Configuration, file: Path, about: st
     material = found.rock(chosen.specimen).material
     minerals: dict[Any, Any] = dict(material) if isinstance(material, Mapping) else {...: material}
     rock = minerals.pop(...)
-    law_there, _ = copied(sections["law"]["type"], chosen.law_files, file.parent)
-    rock_there, _ = copied(sections["rock"]["type"], chosen.material_files, file.parent, MATERIAL_FILES)
-    sections["law"] = settings(found.law, ContactLaw) | {"type": law_there}
-    sections["rock"] = sections["rock"] | settings(rock) | {"type": rock_there}  # it may have what to cite
+    sections, _ = copied_files(chosen, sections, file.parent)
+    sections["law"] = settings(found.law, ContactLaw) | {"type": sections["law"]["type"]}
+    sections["rock"] = sections["rock"] | settings(rock) | {"type": sections["rock"]["type"]}  # it may cite
     if minerals:
         sections["rocks"] = section_of(minerals, rock)
     if not chosen.numerics.refinement:

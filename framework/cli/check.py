@@ -7,7 +7,7 @@ import click
 import numpy as np
 
 from grainlaw.cli.answers import answer, json_option
-from grainlaw.cli.default_rock import law_with_files
+from grainlaw.cli.default_rock import law_or_file
 from grainlaw.cli.law_file import LawReferenceError
 from grainlaw.conditions import StageError
 from grainlaw.contact import ContactLaw
@@ -36,7 +36,7 @@ def check(*, law: str) -> None:
     declare that it makes energy; 2 if there is no such law.
     """
     try:
-        found, _ = law_with_files(law)
+        found = law_or_file(law)
         report = check_law(found)
     except (LawReferenceError, TypeError, ValueError) as error:
         raise click.BadParameter(str(error)) from None

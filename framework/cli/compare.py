@@ -15,7 +15,7 @@ from grainlaw.cli.answers import answer, json_option
 from grainlaw.cli.components import refuse_unknown
 from grainlaw.cli.configuration import CONFIG, Configuration, configured
 from grainlaw.cli.default_rock import LAWS, QUICK, SAMPLE, law_named
-from grainlaw.cli.law_copy import copied, copied_grains
+from grainlaw.cli.law_copy import copied_files
 from grainlaw.cli.minerals import table_of
 from grainlaw.cli.sections import Sections, gathered, toml, with_options
 from grainlaw.compiler.cache import is_portable
@@ -30,7 +30,7 @@ from grainlaw.results.files import file_name, write_text
 from grainlaw.results.paraview import write_script
 from grainlaw.results.result import Result
 from grainlaw.results.vtk import VtkWriter
-from grainlaw.runs.claim import MATERIAL_FILES, Claim
+from grainlaw.runs.claim import Claim
 from grainlaw.runs.progress import Progress, RunBar
 from grainlaw.runs.record import described, versions
 from grainlaw.specimen import Specimen
@@ -106,13 +106,8 @@ def compare(
     about = {"command": {"name": "compare", "arguments": arguments}, "parameters": parameters}
     with running.writing_to(out, restart, overwrite, about) as claim:
         if own:
-            sample, claim.about["grain_files"] = copied_grains(own.get("sample", {}), claim.path)
-            kept = {**own, **({"sample": sample} if sample else {})}
-            if first.material_files:
-                rock, claim.about["material_files"] = copied(
-                    own["rock"]["type"], first.material_files, claim.path, MATERIAL_FILES
-                )
-                kept["rock"] = {**own["rock"], "type": rock}
+            kept, copies = copied_files(first, own, claim.path)
+            claim.about.update(copies)
             write_text(claim.path / CONFIG, toml(kept))
         comparison = _compared(specimens, compared, first, does_steps, claim)
         made = {"seed": numbers[0]} if len(numbers) == 1 else {"seeds": numbers}

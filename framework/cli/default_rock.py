@@ -46,9 +46,9 @@ def law_named(name: str) -> ContactLaw:
     return LAWS[name]
 
 
-def law_with_files(name: str) -> tuple[ContactLaw, list[Path]]:
-    """The law of a name or of FILE.py:LAW, and its files.
+def law_or_file(name: str) -> ContactLaw:
+    """The law of a name or of FILE.py:LAW.
 
     Raises click.BadParameter, :class:`~grainlaw.cli.law_file.LawReferenceError`.
     """
-    return find_with_files(name, ContactLaw) if ".py" in name else (law_named(name), [])
+    return find_with_files(name, ContactLaw)[0] if ".py" in name else law_named(name)

@@ -10,7 +10,7 @@ import attrs
 import click
 
 from grainlaw.cli.answers import answer, json_option
-from grainlaw.cli.default_rock import LAWS, law_with_files
+from grainlaw.cli.default_rock import LAWS, law_or_file
 from grainlaw.cli.law_file import LawReferenceError
 from grainlaw.cli.running import completed
 from grainlaw.engine.model import prepared
@@ -34,7 +34,7 @@ def law(*, law: str, out: Path) -> None:
     from grainlaw.workbench.law_figure import plot_law  # loads matplotlib
 
     try:
-        chosen, _ = law_with_files(law)
+        chosen = law_or_file(law)
         table, figure = characteristics(chosen), plot_law(chosen)
     except (LawReferenceError, TypeError, ValueError) as error:
         raise click.BadParameter(str(error)) from None

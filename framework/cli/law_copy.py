@@ -8,7 +8,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from grainlaw.runs.claim import GRAIN_FILES, LAW_FILES
+from grainlaw.cli.configuration import Configuration
+from grainlaw.cli.sections import Sections
+from grainlaw.runs.claim import GRAIN_FILES, LAW_FILES, MATERIAL_FILES, TEST_FILES
+
+#: where the files of a section's type are copied to; a configuration calls them so, too
+COPIES = {"law": LAW_FILES, "rock": MATERIAL_FILES, "test": TEST_FILES}
 
 
 def copied(
@@ -23,6 +28,22 @@ def copied(
     home = files[0].resolve().parent
     record = [_copied(file, folder, Path(inside) / file.resolve().relative_to(home)) for file in files]
     return f"{inside}/{files[0].name}:{reference.rpartition(':')[2]}", record
+
+
+def copied_files(
+    chosen: Configuration, sections: Mapping[str, Mapping[str, Any]], folder: Path
+) -> tuple[Sections, dict[str, list[dict[str, Any]]]]:
+    """Copy the files of a user that sections of a configuration name to a folder; the sections there, and the records.
+
+    Raises OSError.
+    """
+    there, record = {name: dict(section) for name, section in sections.items()}, {}
+    for name, inside in COPIES.items():
+        if files := getattr(chosen, inside):
+            there[name]["type"], record[inside] = copied(sections[name]["type"], files, folder, inside)
+    if "sample" in there:
+        there["sample"], record[GRAIN_FILES] = copied_grains(there["sample"], folder)
+    return there, record
 
 
 def copied_grains(sample: Mapping[str, Any], folder: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:

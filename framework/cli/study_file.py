@@ -147,6 +147,19 @@ class FileCase:
         return Run(chosen.specimen, chosen.law, chosen.protocol, **chosen.numerics.step_options)
 
 
+def case_of(sections: Sections, places: Mapping[str, Place], quick: bool = False) -> FileCase:
+    """The case of sections: without what does not decide a result, with the components of a user's files.
+
+    Raises :class:`~grainlaw.cli.law_file.LawReferenceError`.
+    """
+    made = {name: {k: v for k, v in section.items() if (name, k) not in ALONE} for name, section in sections.items()}
+    for (section, key), kind in FILES.items():
+        given = made.get(section, {}).get(key)
+        if isinstance(given, str) and ".py" in given and (section, key) not in places.values():
+            made[section][key] = find_with_files(given, kind)[0]
+    return FileCase(made, places, quick)
+
+
 @attrs.frozen(eq=False)
 class StudyFile:
     """A study, and how its file calls it."""
@@ -202,19 +215,13 @@ def study_of(file: Path, assignments: Sequence[str] = (), quick: bool = False) -
         assign(sections, assignment)
     places = {factor.name: factor.place for factor in chosen}
     evolved(Numerics, sections.get("numerics", {}), "numerics")
-    for section, key in ALONE:
-        sections.get(section, {}).pop(key, None)
     if ("test", "type") not in places.values() and not sections.get("test", {}).get("type"):
         raise ParameterError(
             f'{file}: the test is missing: [test] type = "...", one of {", ".join(SETUPS)}, or FILE.py:TEST'
         )
     sections.setdefault("test", {})
-    for (section, key), kind in FILES.items():
-        given = sections.get(section, {}).get(key)
-        if isinstance(given, str) and ".py" in given and (section, key) not in places.values():
-            sections[section][key] = find_with_files(given, kind)[0]
     levels: dict[str, Any] = {factor.name: factor.levels for factor in chosen}
-    study = Study(FileCase(sections, places, quick), **levels)
+    study = Study(case_of(sections, places, quick), **levels)
     options = [word for assignment in assignments for word in ("--set", assignment)] + ["--quick"] * quick
     options += ["--portable"] * is_portable()
     return StudyFile(file, study, chosen, options)

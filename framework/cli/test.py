@@ -11,7 +11,7 @@ import click
 from grainlaw.cli import running
 from grainlaw.cli.answers import answer, json_option
 from grainlaw.cli.configuration import CONFIG, Configuration, configured, template, write_config
-from grainlaw.cli.law_copy import copied, copied_grains
+from grainlaw.cli.law_copy import copied_files
 from grainlaw.cli.sections import gathered
 from grainlaw.cli.setups import SETUPS
 from grainlaw.compiler.cache import is_portable
@@ -29,7 +29,7 @@ from grainlaw.results.result import Result
 from grainlaw.results.tables import write_json
 from grainlaw.results.vtk import VtkWriter
 from grainlaw.runs.certify import limit_of, slower
-from grainlaw.runs.claim import MATERIAL_FILES, TEST_FILES, Claim
+from grainlaw.runs.claim import Claim
 from grainlaw.runs.progress import Progress, RunBar
 from grainlaw.runs.record import versions
 from grainlaw.runs.simulation import simulate
@@ -84,22 +84,11 @@ def test(
             require_bokeh()
     arguments = {"name": name, "config": CONFIG, "portable": is_portable()}
     with running.writing_to(out, restart, overwrite, {"command": {"name": "test", "arguments": arguments}}) as claim:
-        law_there, files = copied(chosen.sections["law"]["type"], chosen.law_files, claim.path)
-        rock_there, material_files = copied(
-            chosen.sections["rock"]["type"], chosen.material_files, claim.path, MATERIAL_FILES
-        )
-        test_there, test_files = copied(name, chosen.test_files, claim.path, TEST_FILES)
-        sample_there, grain_files = copied_grains(chosen.sections["sample"], claim.path)
-        types = {"law": law_there, "rock": rock_there, "test": test_there}
-        there = {name: {**chosen.sections[name], "type": at} for name, at in types.items()}
-        sections = {**chosen.sections, **there, "sample": sample_there}
-        copies = {
-            "law_files": files, "material_files": material_files, "test_files": test_files, "grain_files": grain_files,
-        }  # fmt: skip
+        sections, copies = copied_files(chosen, chosen.sections, claim.path)
         claim.about.update(configuration=chosen.sections, **copies)
-        arguments["name"] = test_there
-        write_config(claim.path / CONFIG, test_there, sections)
-        name = test_there.rpartition(":")[2]
+        there = arguments["name"] = sections["test"]["type"]
+        write_config(claim.path / CONFIG, there, sections)
+        name = there.rpartition(":")[2]
         probe = Probe(first=FOLLOWED) if interactive else None
         result, reason = _run(name, chosen, does_steps, claim, [] if probe is None else [probe])
         record = {**{key: chosen.sections[key] for key in ("sample", "numerics")}, "versions": versions()}
