@@ -20,6 +20,13 @@ ROUNDING = 1e-9  #: of the largest entry, by which a stiffness may differ from i
 Rows = tuple[tuple[Any, Any, Any], tuple[Any, Any, Any], tuple[Any, Any, Any]]
 
 
+class Plane(enum.Enum):
+    """Condition in the third direction."""
+
+    STRAIN = enum.auto()  #: no strain
+    STRESS = enum.auto()  #: no stress
+
+
 class Material(metaclass=Checked):
     """What a grain does to a strain, written in scalars for one zone as a pure function, in plane strain.
 
@@ -44,11 +51,13 @@ class Material(metaclass=Checked):
     Strain and stress are those in the frame that turns with the zone, so that the rotation of a grain is no concern of
     its material; its memory stays in that frame. Inside the methods ``self`` gives what it gives in a
     :class:`~grainlaw.ContactLaw`. A parameter may be an array with one entry for each grain of the material. There is
-    no strain in the third direction; a material in plane stress answers with the stress that goes with none there.
+    no strain in the third direction; a material in plane stress says so by its ``plane``, and answers with the stress
+    that goes with none there.
     """
 
     takes_arrays = True  #: parameters may be arrays
     density: Any  #: kg/m3
+    plane: Any = Plane.STRAIN  #: what holds in the third direction, by which E and nu follow from E* and nu*
     temperatures: tuple[float, float] = (ABSOLUTE_ZERO, math.inf)  #: °C, lowest and highest that the material knows
     conductivity: float | None = None  #: W/m/K, of heat, alike in all directions; None where it is not known
     heat_capacity: float | None = None  #: J/kg/K; with the conductivity grains conduct heat
@@ -84,13 +93,6 @@ class Material(metaclass=Checked):
         Work beyond it is what the material has dissipated. What it changes by at a strain that is held, while the
         ``temperature`` changes, is the work of heat.
         """
-
-
-class Plane(enum.Enum):
-    """Condition in the third direction."""
-
-    STRAIN = enum.auto()  #: no strain
-    STRESS = enum.auto()  #: no stress
 
 
 @attrs.frozen(kw_only=True)

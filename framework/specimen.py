@@ -109,6 +109,9 @@ class Specimen(metaclass=Checked):
             if missing:
                 names = ", ".join(map(self.grains.phase_name, missing))
                 raise ParameterError(f"Specimen: material has no entry for the phases {names} of the grains")
+        if len(planes := {own.plane for own, _ in self.materials if isinstance(own, Material)}) > 1:
+            found = " and ".join(sorted(f"plane {plane.name.lower()}" for plane in planes))
+            raise ParameterError(f"Specimen: material: there are grains in {found}, they must be all in one")
 
     @property
     def _facts(self) -> dict[str, str]:

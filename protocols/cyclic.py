@@ -22,6 +22,7 @@ from grainlaw.protocols.uniaxial import UniaxialCompression
 from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Stage
+from grainlaw.strength import FALL
 
 
 def _as_tuple(value: Any) -> Any:
@@ -110,10 +111,11 @@ class Cyclic(LoadingProtocol):
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """That of the other test, and of each loop: modulus (Pa), lost work (J/m3), residual strain, Felicity ratio.
 
-        The lost work is the area between the unloading and the reloading curve, up to the level. The residual strain is
-        where the line through both ends of the unloading bears nothing. The Felicity ratio is
-        the load at which contact points break again on reloading, over the largest load before: 1 where the rock
-        remembers it (Kaiser effect), nan where none breaks before the next level.
+        The lost work is the area between the unloading and the reloading curve, up to the level; nan for a loop in
+        which the specimen fails, so that it bears less at the level than before. The residual strain is where the line
+        through both ends of the unloading bears nothing. The Felicity ratio is the load at which contact points break
+        again on reloading, over the largest load before: 1 where the rock remembers it (Kaiser effect), nan where none
+        breaks before the next level.
         """
         found = dict(self.test.summary(curves, specimen))
         begin = int(np.searchsorted(curves[STAGE], len(self.test.stages(specimen)) - 1))
@@ -131,7 +133,9 @@ class Cyclic(LoadingProtocol):
             residual.append(float(x[unload[-1]] - y[unload[-1]] / moduli[-1]))
             at = np.linspace(x[unload].min(), self.levels[number], 400)
             down = np.interp(at, x[unload][::-1], y[unload][::-1])
-            lost.append(work(np.interp(at, x[reload], y[reload]) - down, at))
+            up = np.interp(at, x[reload], y[reload])
+            closed = up[-1] >= (1 - FALL) * y[unload[0]]  # else it has failed in the loop, and released what it stored
+            lost.append(work(up - down, at) if closed else math.nan)
             again = reload[broken[reload] > broken[unload[-1]]]
             felicity.append(float(y[again[0]] / y[: reload[0]].max()) if len(again) else float("nan"))
         loops = {"unloading_moduli": moduli, "lost_work": lost, "residual_strains": residual}

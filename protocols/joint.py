@@ -208,8 +208,8 @@ class DirectShear(LoadingProtocol):
     def measure(self, state: State) -> dict[str, float]:
         """Of the platens ``displacement``, ``dilation`` (m), ``shear_stress`` and ``normal_stress``; means of a joint.
 
-        Dilation is that of the specimen without platens. Stresses are reactions over the width at the start;
-        ``normal_stress`` counts compression positive, ``shear_stress`` is the mean of both ends.
+        Dilation is that of the specimen without platens, from before it is pressed. Stresses are reactions over the
+        width at the start; ``normal_stress`` counts compression positive, ``shear_stress`` is the mean of both ends.
         """
         width, _ = size(state.specimen)
         x, force_y = state.moved("top")[0], state.reaction("top")[1]

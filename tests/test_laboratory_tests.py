@@ -342,6 +342,9 @@ def test_the_loops_of_given_curves_lose_what_they_enclose():
     assert np.isnan(found.pop("felicity_ratios")).tolist() == [True, True]
     assert found.pop("residual_strains") == [1.0, 3.0]
     assert found == {"kept": 1, "unloading_moduli": [2.0, 6.0], "lost_work": pytest.approx([0.5, 1.5], rel=1e-4)}
+    fails = {**given, "y": np.where((stage == 4) & (y > 0), 3.0, y), "tensile_cracks": 0 * x}
+    lost = test.summary(fails, None)["lost_work"]
+    assert lost == pytest.approx([0.5, math.nan], nan_ok=True, rel=1e-4)  # it failed in the second
     # A contact point breaks at 1.5 of the 2 before, then one at all of the 6 before; one in unloading does not count.
     y[6] = 1.5
     found = test.summary(given | {"tensile_cracks": np.array([0, 3, 3, 3, 4, 4, 5, 6, 7, 7, 7, 7, 7, 7, 8, 8])}, None)

@@ -194,6 +194,18 @@ def test_moduli_are_those_between_a_fifth_and_half_of_the_strength():
     assert moduli["apparent_poisson"] == pytest.approx(0.3, rel=0.01)
 
 
+def test_moduli_are_of_the_path_to_the_peak_and_not_of_loops_below_it():
+    """60 GPa with a lateral ratio of 0.3, but for a loop from 60 MPa on which it is softer, and wider."""
+    corners = [(0, 0), (1.0, 60), (0.3, 10), (1.0, 60), (1.667, 100), (1.8, 10)]  # 1e-3, MPa
+    strain, stress = (np.interp(np.linspace(0, 5, 501), range(6), values) for values in zip(*corners, strict=True))
+    stage = np.repeat([0, 1, 2], [100, 100, 301])
+    lateral = 0.3 * strain + np.where((stage > 0) & (strain < 1), 0.1 * (1 - strain), 0)
+    curves = {"strain": 1e-3 * strain, "stress": stress * MPa, "lateral_strain": 1e-3 * lateral, "stage": stage}
+    moduli = elastic_moduli(curves, None, -1.0)
+    assert moduli["apparent_modulus"] == pytest.approx(60e9, rel=0.02)
+    assert moduli["apparent_poisson"] == pytest.approx(0.3, rel=0.02)
+
+
 @pytest.mark.thorough
 def test_what_has_not_failed_has_no_strength():
     rock = small_sample(20)

@@ -8,7 +8,8 @@ import pytest
 from support import ROCK
 
 import grainlaw as gl
-from grainlaw.geometry import Bricks, rectangle
+from grainlaw.geometry import Bricks, Minerals, rectangle
+from grainlaw.materials import Thermal, TransverselyIsotropic
 from grainlaw.moduli import converted
 from grainlaw.results.standard_measures import peak_of, stress_at_damage
 from grainlaw.results.thresholds import (
@@ -79,6 +80,17 @@ def test_conversion_from_plane_strain():
     assert converted(64e9, 1 / 3, strain) == pytest.approx((60e9, 0.25))
     stress = gl.Specimen(bricks, attrs.evolve(ROCK, plane=gl.Plane.STRESS))
     assert converted(64e9, 1 / 3, stress) == (64e9, 1 / 3)
+    plane = gl.Plane.STRESS
+    foliated = TransverselyIsotropic(
+        youngs_modulus=6e10, youngs_modulus_across=6e10, poissons_ratio=0.25, poissons_ratio_across=0.25,
+        shear_modulus_across=24e9, density=2700, plane=plane,
+    )  # fmt: skip
+    for rock in (foliated, Thermal(material=attrs.evolve(ROCK, plane=plane), expansion=1e-5)):
+        assert converted(64e9, 1 / 3, gl.Specimen(bricks, rock)) == (64e9, 1 / 3)
+    assert converted(64e9, 1 / 3, gl.Specimen(bricks, Thermal(material=ROCK, expansion=1e-5)))[0] == pytest.approx(6e10)
+    two = Minerals(Bricks(rows=2), {"a": 0.5, "b": 0.5}).tessellate(rectangle(0.01, 0.02))
+    with pytest.raises(gl.ParameterError, match="there are grains in plane strain and plane stress, they must be all"):
+        gl.Specimen(two, {"a": ROCK, "b": attrs.evolve(ROCK, plane=plane)})
 
 
 def test_thresholds_of_a_kinked_curve():

@@ -64,6 +64,8 @@ class Thermal(Material):
     conductivity: float | None = optional("W/m/K", above=0, usual=(0.01, 500))  #: of heat, alike in all directions
     heat_capacity: float | None = optional("J/kg/K", above=0, usual=(50, 5000))  #: per mass
 
+    plane = property(lambda self: self.material.plane)
+
     def __attrs_post_init__(self) -> None:
         if (self.conductivity is None) != (self.heat_capacity is None):
             raise ParameterError("Thermal: conductivity and heat_capacity must be given together, or neither of them")

@@ -9,8 +9,8 @@ import numpy as np
 
 from grainlaw.columns import DEVIATOR, LATERAL_STRAIN, STAGE, STRAIN, STRESS, TIME, VOLUMETRIC_STRAIN
 from grainlaw.fields import ParameterError
-from grainlaw.moduli import slope
-from grainlaw.strength import FALL, borne_in, stage_begins
+from grainlaw.moduli import on_path, slope
+from grainlaw.strength import borne_in
 
 NAN = float("nan")
 NOT_COMPRESSED = "the specimen has not become shorter"
@@ -75,13 +75,8 @@ def path_to_peak(curves: Mapping[str, np.ndarray], *, laterals: int = 1, tension
     if found is None:
         none = np.zeros(0)
         return Path(none, none, none, none, NAN, laterals)
-    peak = found.at
-    stage = curves[STAGE]
-    first = int(np.argmax(stage == stage[np.argmax(load >= 0.5 * load[peak])]))
-    highest = np.maximum.accumulate(load[first : peak + 1])
-    none = np.full(len(load), NAN)
-    unloads = _unloads(load[first:], curves.get(STRAIN, none)[first:], stage[first:])
-    chosen = first + np.flatnonzero(np.r_[True, highest[1:] > highest[:-1]] & ~unloads[: len(highest)])
+    peak, none = found.at, np.full(len(load), NAN)
+    first, chosen = on_path(load, curves.get(STRAIN, none), curves[STAGE], peak)
     lateral, area, strain = (
         curves.get(name, none)[chosen] - curves.get(name, none)[first]
         for name in (LATERAL_STRAIN, VOLUMETRIC_STRAIN, STRAIN)
@@ -92,16 +87,6 @@ def path_to_peak(curves: Mapping[str, np.ndarray], *, laterals: int = 1, tension
         load=load[chosen], axial=axial, lateral=lateral, strain=strain, confinement=float(stress[peak] - load[peak]),
         laterals=laterals,
     )  # fmt: skip
-
-
-def _unloads(load: np.ndarray, strain: np.ndarray, stage: np.ndarray) -> np.ndarray:
-    """(t,) whether a sample is of a stage in which the load has not grown, and falls with the strain."""
-    way, found = np.abs(strain - strain[0]), []
-    for part in np.split(np.arange(len(stage)), stage_begins(stage)):
-        top = part[np.argmax(load[part])]
-        falls = load[part[0]] > (1 - FALL) * load[top] and way[part[-1]] < way[top]
-        found.append(np.full(len(part), falls))
-    return np.concatenate(found)
 
 
 def strains_disagree(curves: Mapping[str, np.ndarray]) -> bool:
