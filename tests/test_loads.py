@@ -281,7 +281,7 @@ def test_a_load_that_no_part_takes_is_refused_before_any_work_is_done(tmp_path):
             return [gl.Stage(name="rest", **until), gl.Stage(name="pull", loads=[Magnet()], **until)]
 
     with pytest.raises(
-        gl.ParameterError, match="Magnet: no part of the engine takes this load, only Conduction, Driven"
+        gl.ParameterError, match=r"Magnet: no part of State.parts takes this load, only Conduction, Driven"
     ):
         gl.simulate(small_sample(4), Linear(**STIFF), Pull(), checkpoint=tmp_path / "run")
     assert not (tmp_path / "run").exists()

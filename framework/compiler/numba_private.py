@@ -131,21 +131,23 @@ def _kind_of(value: Any) -> Any:
     return nb.float64 if isinstance(value, float) else nb.int64
 
 
-def laid(value: Any, words: list[int], place: Callable[[np.ndarray], int]) -> Any:
+def laid(value: Any, words: list[int], place: Callable[[np.ndarray], int], name: str = "table") -> Any:
     """The form of a value; adds the words of 8 bytes in which numba has it, for an array after two on who counts it.
 
-    ``place`` says where the numbers of an array are.
+    ``name`` is told where an array is refused. ``place`` says where the numbers of an array are.
     """
     if isinstance(value, np.ndarray):
         if not value.flags.c_contiguous:
-            raise TypeError("an array of a table does not lie in one piece, row after row")
+            raise TypeError(f"{name} does not lie in one piece, row after row, as np.ascontiguousarray(...) would")
         words += (0, 0, value.size, value.itemsize, place(value), *value.shape, *value.strides)
         return value.dtype, value.ndim
     if isinstance(value, Table):
         words.append(value.address)
         return value.form
     if isinstance(value, tuple):
-        return type(value), *(laid(entry, words, place) for entry in value)
+        names = getattr(value, "_fields", map(str, range(len(value))))
+        inside = (laid(each, words, place, f"{type(value).__name__}.{n}") for n, each in zip(names, value, strict=True))
+        return type(value), *inside
     words.append(int(np.float64(value).view(np.int64)) if isinstance(value, float) else value)
     return float if isinstance(value, float) else int
 

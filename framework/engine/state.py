@@ -176,7 +176,7 @@ class State(metaclass=Checked):
         for load in stage.loads:
             if not isinstance(load, taken):
                 names = ", ".join(sorted(kind.__name__ for kind in taken))
-                raise ParameterError(f"{type(load).__name__}: no part of the engine takes this load, only {names}")
+                raise ParameterError(f"{type(load).__name__}: no part of State.parts takes this load, only {names}")
 
     def begin(self, stage: Stage) -> None:
         """Impose the loads of a stage from now on; what has been supplied and lost so far stays in the ledger.

@@ -75,7 +75,7 @@ class Study(metaclass=Checked):
     """
 
     def __init__(
-        self, case: Callable[..., Run], cases: Any = None, *, measures: Sequence[Measure] | None = None,
+        self, case: Callable[..., Run], cases: Any = None, *, measures: Sequence[Any] | None = None,
         **factors: Any,
     ) -> None:  # fmt: skip
         self.design: Design = factorial(factors) if cases is None else listed(cases, factors)

@@ -26,6 +26,8 @@ class Ended(Part):
     def take(self, energies: Mapping[str, float]) -> None:
         """Keep energies (J) by kind."""
         for kind, energy in energies.items():
+            if kind not in ENERGIES:
+                raise ValueError(f"a part has an energy of the kind {kind!r}, which is none of {', '.join(ENERGIES)}")
             self.books.energy[ENERGIES.index(kind)] += energy
 
     def energy(self, time_step: float) -> dict[str, float]:

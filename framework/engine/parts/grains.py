@@ -115,7 +115,7 @@ class Grains(Part, ABC):
 
     @abstractmethod
     def of_grains(self, grains: np.ndarray) -> np.ndarray:
-        """Places (n) of the freedoms that move these grains."""
+        """Places (n) of the freedoms that move these grains, ascending."""
 
     @abstractmethod
     def check_drive(self, drive: Driven, before: Sequence[tuple[Driven | None, int]]) -> None:

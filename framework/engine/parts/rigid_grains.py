@@ -62,7 +62,7 @@ class RigidGrains(Grains):
         return np.unique(self.specimen.mesh.node_grain[nodes])
 
     def of_grains(self, grains: np.ndarray) -> np.ndarray:
-        return grains
+        return np.unique(grains)
 
     def check_drive(self, drive: Driven, before: Sequence[tuple[Driven | None, int]]) -> None:
         """A rigid grain on two boundaries cannot strain, so that both must move it alike."""
