@@ -35,7 +35,6 @@ from .results.figures.fields import plot_field
 from .results.figures.interactive import write_interactive
 from .results.files import OutputWarning
 from .results.fragments import fragments
-from .results.frames import FrameRecorder
 from .results.laboratory import Laboratory, mean_stress
 from .results.measure import Measure
 from .results.measured import read_curve
@@ -83,7 +82,6 @@ __all__ = [
     "Elastic",
     "EndPoints",
     "ExecutorError",
-    "FrameRecorder",
     "GaussPoints",
     "Gpu",
     "HeatingRate",

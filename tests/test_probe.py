@@ -23,8 +23,9 @@ PULL = UniaxialTension(loading=gl.Constant(speed=0.05), maximum_strain=6e-4)
 
 @pytest.fixture(scope="module")
 def pulled():
-    probe, frames = gl.Probe(points=[5], places=[(10 * mm, 20 * mm)], first=3), gl.FrameRecorder()
-    return probe, gl.simulate(small_sample(), COHESIVE, PULL, observers=[probe, frames]), frames.frames[0]
+    probe = gl.Probe(points=[5], places=[(10 * mm, 20 * mm)], first=3)
+    result = gl.simulate(small_sample(), COHESIVE, PULL, observers=[probe])
+    return probe, result, result.frames[0]
 
 
 @pytest.mark.thorough

@@ -13,7 +13,6 @@ from grainlaw.engine.dissipation import balance
 from grainlaw.engine.state import State
 from grainlaw.fields import whole_number
 from grainlaw.messages import refusal
-from grainlaw.observation import Observer
 from grainlaw.results.files import grouped
 from grainlaw.results.tables import data_frame
 from grainlaw.stage import Stage
@@ -138,28 +137,3 @@ class FrameClock:
         """Go on from what :meth:`save` returned."""
         self._next, self._stage = float(saved["clock"][0]), str(saved["stage"])
         self._broken, self._taken = int(saved["clock"][1]), int(saved["clock"][2])
-
-
-@attrs.define
-class FrameRecorder(Observer):
-    """Keeps frames in memory."""
-
-    clock: FrameClock = attrs.field(factory=FrameClock)  #: when a frame is taken
-    frames: list[Frame] = attrs.field(factory=list)  #: what has been taken
-
-    def observe(self, state: State, curves: Mapping[str, np.ndarray], stage: Stage, progress: float) -> None:
-        if self.clock.due(state, stage, progress):
-            self.frames.append(take_frame(state))
-
-    def save(self) -> dict[str, np.ndarray]:
-        """All frames, and where the clock stands."""
-        arrays = self.clock.save()
-        for k, frame in enumerate(self.frames):
-            arrays |= {f"{k}/{name}": row for name, row in packed(frame).items()}
-        return arrays
-
-    def restore(self, state: State, saved: Mapping[str, np.ndarray]) -> None:
-        """Go on from what :meth:`save` returned."""
-        self.clock.restore(saved)
-        each = grouped(saved)
-        self.frames = [unpacked(each[k], state.mesh.nodes) for k in sorted(each, key=int)]

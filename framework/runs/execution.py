@@ -33,7 +33,7 @@ from grainlaw.fields import ParameterError
 from grainlaw.messages import enumeration, refusal, users_line
 from grainlaw.observation import Observer
 from grainlaw.protocol import LoadingProtocol
-from grainlaw.results.frames import Frame, FrameClock, FrameRecorder, take_frame
+from grainlaw.results.frames import Frame, FrameClock, take_frame
 from grainlaw.results.result import Result
 from grainlaw.runs.checkpoint import Checkpoint, Counters, SavedMoment
 from grainlaw.runs.estimate import warn_of_cost
@@ -118,7 +118,8 @@ class Execution:
         frames: int, folder: RunFolder | None,
     ) -> None:  # fmt: skip
         self.state, self.stepper, self.protocol, self.stages = stepper.state, stepper, protocol, stages
-        self.folder, self.recorder, self.watching = folder, FrameRecorder(FrameClock(frames)), list(observers)
+        self.folder, self.watching = folder, list(observers)
+        self.clock, self.frames = FrameClock(frames), list[Frame]()
         self.observers = without_bars(observers)  #: of which a checkpoint keeps what they have
         self.columns, self.at, self.state.stages = CurveTable(), Counters(), len(stages)
         self.loader = Loader(self.state, stepper.stability)
@@ -231,10 +232,12 @@ class Execution:
         if self.folder is not None:  # curves before pictures, which take more room
             self.folder.sample(self.columns.since(0), self.state)
         shown = min(max(progress, self._loaded(stage)), 1.0)
-        for observer in (self.recorder, *self.watching):
+        if self.clock.due(self.state, stage, shown):
+            self.frames.append(take_frame(self.state))
+        for observer in self.watching:
             observer.observe(self.state, curves, stage, shown)
         if self.folder is not None:
-            self.folder.keep(self.recorder.frames)
+            self.folder.keep(self.frames)
             if self.folder.summary_is_due():
                 self.folder.summarize(self._summary_so_far(), "running")
         return progress
@@ -292,8 +295,8 @@ class Execution:
         state = self.state
         numbers = {
             "counters": attrs.asdict(self.at), "began": state.began, "samples": self.columns.count,
-            "frames": len(self.recorder.frames), "steps": self.stepper.save(), "loader": self.loader.save(),
-            "clock": {k: row.tolist() for k, row in self.recorder.clock.save().items()},
+            "frames": len(self.frames), "steps": self.stepper.save(), "loader": self.loader.save(),
+            "clock": {k: row.tolist() for k, row in self.clock.save().items()},
         }  # fmt: skip
         return SavedMoment(state.save(), self.stepper.integrator, self.stepper.before, numbers)
 
@@ -319,13 +322,13 @@ class Execution:
             self.loader.restore(numbers["loader"], stage)
             self._return_to(found.moment(self.loader.integrator(stage)))
             self.columns.fill(found.curves)
-            self.recorder.clock.restore(numbers["clock"])
+            self.clock.restore(numbers["clock"])
         except (ValueError, LookupError, TypeError, AttributeError) as error:
             raise ParameterError(f"the checkpoint does not fit this run: {error}") from None
         for observer, (_, saved) in zip(self.observers, found.observers, strict=True):
             observer.restore(state, saved)
         assert self.folder is not None
-        self.recorder.frames = self.folder.frames(numbers["frames"], state.mesh.nodes)
+        self.frames = self.folder.frames(numbers["frames"], state.mesh.nodes)
         self.goes_on = True
 
     def _return_to(self, moment: SavedMoment) -> None:
@@ -364,7 +367,7 @@ class Execution:
         """
         if self.folder is not None and self.columns.count:
             self.folder.sample(self.columns.since(0), self.state, last=True)
-        frames = self.recorder.frames
+        frames = self.frames
         if not frames or frames[-1].time < self.state.time:
             frames.append(take_frame(self.state))
         try:
@@ -400,6 +403,6 @@ class Execution:
     def _summary_so_far(self) -> dict[str, Any]:
         """Properties as far as the test has got; none where it has not got far enough for them."""
         try:
-            return self._result_with(self.recorder.frames).summary
+            return self._result_with(self.frames).summary
         except Exception:  # a user's summary need not expect half a test
             return {}
