@@ -11,7 +11,7 @@ import numpy as np
 from grainlaw.arguments import Checked
 from grainlaw.edge_keys import Names, check_keys, check_known, key_between, keys_of
 from grainlaw.fields import ParameterError
-from grainlaw.memory import as_floats, names_of_arguments, only_memory, refuse_untold
+from grainlaw.memory import names_of_arguments, only_memory, refuse_untold
 from grainlaw.messages import refusal
 from grainlaw.specimen import Specimen
 
@@ -189,8 +189,3 @@ def dilates(law: ContactLaw) -> bool:
     if isinstance(inner, ContactLaw):
         return dilates(inner)
     return "dilation" in memory_names(law) and bool(np.any(getattr(law, "dilation_angle", 1.0)))
-
-
-def answered(law: ContactLaw, names: tuple[str, ...], answer: Any) -> tuple[float, ...]:
-    """What ``traction`` of a law with a memory of these ``names`` returned, as floats. Raises TypeError."""
-    return as_floats(law, "traction", "normal and shear traction", 2, names, answer)

@@ -144,20 +144,16 @@ def unusual(where: str, value: float, unit: str, usual: tuple[float, float]) -> 
     return f"{words}: is the {'sign' if usual[0] <= -value <= usual[1] else 'unit'} right?"
 
 
-def optional(
-    unit: str, *, at_least: float | None = None, above: float | None = None, usual: tuple[float, float] | None = None
-) -> Any:
+def optional(unit: str, *, above: float | None = None, usual: tuple[float, float] | None = None) -> Any:
     """Declare a number that may be left away: ``volume: float | None = optional("m2", above=0)``.
 
     One that is not ``usual`` warns (:class:`UnitWarning`).
     """
 
     def check(where: str, value: Any) -> float | None:
-        return (
-            None if value is None else checked_number(where, value, unit, at_least=at_least, above=above, usual=usual)
-        )
+        return None if value is None else checked_number(where, value, unit, above=above, usual=usual)
 
-    return checked_field(check, default=None, metadata={"unit": unit, "bounds": str(Bounds(at_least, above))})
+    return checked_field(check, default=None, metadata={"unit": unit, "bounds": str(Bounds(None, above))})
 
 
 def angle_of_friction(default: Any = attrs.NOTHING) -> Any:

@@ -47,10 +47,10 @@ def ends(specimen: Specimen) -> tuple[str, str]:
     return ("rock_top", "rock_bottom") if has_platens(specimen) else ("top", "bottom")
 
 
-def axial_strain_of_points(specimen: Specimen, displacement: np.ndarray, points: int = 9) -> float:
+def axial_strain_of_points(specimen: Specimen, displacement: np.ndarray) -> float:
     """Change of height over height, from points on both ends (the paper's 9); ``displacement`` is (i, 2) m."""
     low, high = specimen.grains.region.bounds
-    top, bottom = (displacement[points_on(specimen.mesh, end, points), 1].mean() for end in ends(specimen))
+    top, bottom = (displacement[points_on(specimen.mesh, end, 9), 1].mean() for end in ends(specimen))
     return float(top - bottom) / float(high[1] - low[1])
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from grainlaw.arguments import Checked
 from grainlaw.fields import ParameterError, parameter, part
-from grainlaw.memory import SCALARS, as_floats, names_of_arguments, only_memory, refuse_untold
+from grainlaw.memory import SCALARS, names_of_arguments, only_memory, refuse_untold
 from grainlaw.messages import refusal
 
 ABSOLUTE_ZERO = -273.15  #: °C
@@ -173,11 +173,6 @@ def material_memory(material: Material) -> tuple[str, ...]:
             f"({', '.join(names)})"
         )
     return names
-
-
-def stress_answered(material: Material, names: tuple[str, ...], answer: Any) -> tuple[float, ...]:
-    """What ``stress`` of a material with a memory of these ``names`` returned, as floats. Raises TypeError."""
-    return as_floats(material, "stress", "stress xx, yy and xy", 3, names, answer)
 
 
 def _check_entries(material: Any, count: int) -> None:

@@ -41,6 +41,15 @@ class Edges:
     def __len__(self) -> int:
         return len(self.start)
 
+    @property
+    def of_corners(self) -> np.ndarray:
+        """(k,) number, from 1, of the edge from each corner of the grains; below 0 where it runs the other way."""
+        number = np.zeros(2 * len(self) - int(np.sum(self.right < 0)), dtype=int)
+        inner, counted = self.right >= 0, np.arange(1, len(self) + 1)
+        number[self.left_corners[:, 0]] = counted
+        number[self.right_corners[inner, 1]] = -counted[inner]
+        return number
+
 
 class TilingError(ValueError):
     """Polygons that do not tile their region; the message says which grain, edge or corner is at fault."""

@@ -171,10 +171,7 @@ def write_geo(grains: Tessellation, file: str | os.PathLike[str], size: float | 
     lines = [f"Point({v}) = {{{x!r}, {y!r}, 0, {h!r}}};" for v, ((x, y), h) in corners]
     ends = zip((edges.start + 1).tolist(), (edges.end + 1).tolist(), strict=True)
     lines += [f"Line({e}) = {{{i}, {j}}};" for e, (i, j) in enumerate(ends, start=1)]
-    number = np.zeros(len(grains.corners), dtype=int)
-    inner, counted = edges.right >= 0, np.arange(1, len(edges) + 1)
-    number[edges.left_corners[:, 0]] = counted
-    number[edges.right_corners[inner, 1]] = -counted[inner]
+    number = edges.of_corners
     for g, (a, b) in enumerate(zip(grains.first[:-1], grains.first[1:], strict=True), start=1):
         lines += [f"Curve Loop({g}) = {{{_listed(number[a:b])}}};", f"Plane Surface({g}) = {{{g}}};"]
     for phase in np.unique(grains.phase).tolist():

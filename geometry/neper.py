@@ -224,10 +224,7 @@ def _geometry(grains: Tessellation, unit: float) -> list[str]:
     lines += [f"   {v + 1} {_point(point / unit)} 0" for v, point in enumerate(grains.vertices)]
     ends = np.column_stack([edges.start, edges.end]) + 1
     lines += [" **edge", f" {len(edges)}"] + [f"   {e + 1} {i} {j} 0" for e, (i, j) in enumerate(ends.tolist())]
-    number = np.zeros(len(grains.corners), dtype=int)
-    number[edges.left_corners[:, 0]] = np.arange(1, len(edges) + 1)
-    inner = edges.right >= 0
-    number[edges.right_corners[inner, 1]] = -np.arange(1, len(edges) + 1)[inner]
+    number = edges.of_corners
     lines += [" **face", f" {grains.count}"]
     for g, (a, b) in enumerate(zip(grains.first[:-1], grains.first[1:], strict=True)):
         count, corners = b - a, (grains.corners[a:b] + 1).tolist()

@@ -1,5 +1,6 @@
 """What files for ParaView say of themselves, which moments they hold, and the script that shows them."""
 
+import math
 import os
 import re
 import sys
@@ -18,6 +19,7 @@ from support import BRITTLE, PULL, ROCK, STRONG, nodal_forces, small_sample, sta
 import grainlaw as gl
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import CohesiveCrack
+from grainlaw.materials import Thermal
 from grainlaw.results import files
 from grainlaw.results.frames import FrameClock, packed, take_frame, unpacked
 from grainlaw.results.paraview import NAME, write_script
@@ -218,6 +220,9 @@ def test_strain_does_not_see_a_turn(plane):
     assert np.allclose(found[:, 2], across, atol=1e-12)
     flat = tensors(specimen, np.ones((6, 3)))
     assert np.allclose(flat[:, 2], 0.5 if plane is gl.Plane.STRAIN else 0.0)
+    other = small_sample(6, material=Thermal(material=rock, expansion=1e-5))  # what is held in it is not known
+    unknown = math.nan if plane is gl.Plane.STRAIN else 0.0
+    assert np.array_equal(tensors(other, np.ones((6, 3)))[:, 2], np.full(6, unknown), equal_nan=True)
 
 
 @pytest.mark.parametrize("shared", [False, True])

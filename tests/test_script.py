@@ -6,7 +6,7 @@ import attrs
 import pytest
 
 import grainlaw as gl
-from grainlaw.cli.law_file import LawReferenceError, find_with_files
+from grainlaw.cli.law_file import find_with_files
 from grainlaw.compiler.batch import compile_law
 
 LAW = """
@@ -82,7 +82,7 @@ def test_a_law_leaves_no_module_behind(tmp_path):
     assert sys.path == path
     (tmp_path / "mine.py").write_text("import helper_that_fails\n")
     (tmp_path / "helper_that_fails.py").write_text("import statistics_of_mine\n1 / 0\n")
-    with pytest.raises(LawReferenceError, match=r"mine\.py:1 does not run: ZeroDivisionError"):
+    with pytest.raises(gl.ParameterError, match=r"mine\.py:1 does not run: ZeroDivisionError"):
         find_with_files(f"{tmp_path / 'mine.py'}:Law", gl.ContactLaw)[0]
     assert sys.modules == before
 

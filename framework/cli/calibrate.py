@@ -89,7 +89,7 @@ def calibration_of(
 ) -> CalibrationFile:
     """Read the calibration of a file; ``options`` that are not None take the place of those in [calibration].
 
-    Raises :class:`ParameterError`, :class:`~grainlaw.cli.law_file.LawReferenceError`.
+    Raises :class:`ParameterError`.
     """
     sections = checked_sections(read_tables(file), file, (*OWN, *OTHERS), " in a calibration")
     for assignment in assignments:

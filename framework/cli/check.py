@@ -8,7 +8,6 @@ import numpy as np
 
 from grainlaw.cli.answers import answer, json_option
 from grainlaw.cli.default_rock import law_or_file
-from grainlaw.cli.law_file import LawReferenceError
 from grainlaw.conditions import StageError
 from grainlaw.contact import ContactLaw
 from grainlaw.engine.stepping import InstabilityError
@@ -38,7 +37,7 @@ def check(*, law: str) -> None:
     try:
         found = law_or_file(law)
         report = check_law(found)
-    except (LawReferenceError, TypeError, ValueError) as error:
+    except (TypeError, ValueError) as error:
         raise click.BadParameter(str(error)) from None
     answer(report, passed=report.passed, **attrs.asdict(report))
     flutters = _held(found) if report.passed else False

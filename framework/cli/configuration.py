@@ -11,7 +11,7 @@ import attrs
 
 from grainlaw.cli.components import begin_with, choices, drafted, evolved, explained, name_of, own, settings
 from grainlaw.cli.default_rock import LAWS, NAMES, ROCK
-from grainlaw.cli.law_file import LawReferenceError, find_with_files
+from grainlaw.cli.law_file import find_with_files
 from grainlaw.cli.minerals import check_cracks, laws_by_key, materials
 from grainlaw.cli.rock_file import checked_cite, is_rock, over_rock, rock_file
 from grainlaw.cli.sample import Sample, sample, with_notes
@@ -247,7 +247,7 @@ def _of_file(section: str, reference: str, kind: type) -> tuple[Any, list[Path]]
     """What FILE.py:NAME of a section is, and its files. Raises :class:`ParameterError`."""
     try:
         return find_with_files(reference, kind)
-    except LawReferenceError as error:
+    except ParameterError as error:
         raise ParameterError(f"{section}.type: {error}") from None
 
 

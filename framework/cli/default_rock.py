@@ -49,6 +49,6 @@ def law_named(name: str) -> ContactLaw:
 def law_or_file(name: str) -> ContactLaw:
     """The law of a name or of FILE.py:LAW.
 
-    Raises click.BadParameter, :class:`~grainlaw.cli.law_file.LawReferenceError`.
+    Raises click.BadParameter, :class:`ParameterError`.
     """
     return find_with_files(name, ContactLaw)[0] if ".py" in name else law_named(name)

@@ -11,7 +11,6 @@ import click
 
 from grainlaw.cli.answers import answer, json_option
 from grainlaw.cli.default_rock import LAWS, law_or_file
-from grainlaw.cli.law_file import LawReferenceError
 from grainlaw.cli.running import completed
 from grainlaw.engine.model import prepared
 from grainlaw.results.files import file_name, writable_folder, write_atomically
@@ -36,7 +35,7 @@ def law(*, law: str, out: Path) -> None:
     try:
         chosen = law_or_file(law)
         table, figure = characteristics(chosen), plot_law(chosen)
-    except (LawReferenceError, TypeError, ValueError) as error:
+    except (TypeError, ValueError) as error:
         raise click.BadParameter(str(error)) from None
     record = {"law": described(chosen), "fingerprint": prepared(chosen).compiled.key, "sources": own_sources(chosen)}
     where = write_picture(out, "law", law, figure, record)

@@ -24,15 +24,11 @@ from grainlaw.protocol import LoadingProtocol
 WORDS: dict[Any, str] = {ContactLaw: "law", Material: "material", LoadingProtocol: "test"}  #: what a file is asked for
 
 
-class LawReferenceError(ValueError):
-    """A reference that leads to no law; the message says what to write instead."""
-
-
 def find_with_files(reference: str, kind: type) -> tuple[Any, list[Path]]:
     """The law, material or test of ``FILE.py:NAME``; its file, and those of its folder that it imports.
 
     An instance in the file, or a class that needs no parameters; a class of tests stays one, for what it needs may be
-    given beside it. The file is run, as a module with its folder in the search path. Raises :class:`LawReferenceError`.
+    given beside it. The file is run, as a module with its folder in the search path. Raises :class:`ParameterError`.
     """
     word = WORDS[kind]
     file, _, name = reference.rpartition(":") if ".py:" in reference else (reference, "", "")
@@ -41,15 +37,15 @@ def find_with_files(reference: str, kind: type) -> tuple[Any, list[Path]]:
     known = f"{word}s in {file}: {', '.join(found) or 'none'}"
     if not name:
         example = next(iter(found), f"My{word.capitalize()}")
-        raise LawReferenceError(f"name the {word}, as in {file}:{example} ({known})")
+        raise ParameterError(f"name the {word}, as in {file}:{example} ({known})")
     if not hasattr(module, name):
-        raise LawReferenceError(f"there is no '{name}' in {file}{nearest(name, found, 0.3)} ({known})")
+        raise ParameterError(f"there is no '{name}' in {file}{nearest(name, found, 0.3)} ({known})")
     chosen = getattr(module, name)
     if not _is(chosen, kind):
         whole = "contact law" if kind is ContactLaw else word
-        raise LawReferenceError(f"'{name}' in {file} is no {whole} but {_described(chosen)} ({known})")
+        raise ParameterError(f"'{name}' in {file} is no {whole} but {_described(chosen)} ({known})")
     if isinstance(chosen, type) and not attrs.has(chosen):
-        raise LawReferenceError(f"the {word} {chosen.__name__} must be an attrs class: @attrs.frozen(kw_only=True)")
+        raise ParameterError(f"the {word} {chosen.__name__} must be an attrs class: @attrs.frozen(kw_only=True)")
     needs_instance = isinstance(chosen, type) and kind is not LoadingProtocol
     return _made(chosen, file, word) if needs_instance else chosen, files
 
@@ -67,27 +63,27 @@ def _made(kind: type[Any], file: str, word: str) -> Any:
     needed = [field.name for field in attrs.fields(kind) if field.init and field.default is attrs.NOTHING]
     if needed:
         given = ", ".join(f"{name}=..." for name in needed)
-        raise LawReferenceError(
+        raise ParameterError(
             f"the {word} {kind.__name__} needs {', '.join(needed)}: put an instance in the file, "
             f"{word} = {kind.__name__}({given}), and name it, {file}:{word}"
         )
     try:
         made: Any = kind()
     except (TypeError, ParameterError) as error:
-        raise LawReferenceError(f"the {word} {kind.__name__}() cannot be made: {error}") from None
+        raise ParameterError(f"the {word} {kind.__name__}() cannot be made: {error}") from None
     return made
 
 
 def _run(file: Path) -> tuple[ModuleType, list[Path]]:
     """The module of a file, and the files it consists of.
 
-    Raises :class:`LawReferenceError`, with the line where the file goes wrong.
+    Raises :class:`ParameterError`, with the line where the file goes wrong.
     """
     if not file.is_file():
-        raise LawReferenceError(f"there is no file {file}")
+        raise ParameterError(f"there is no file {file}")
     spec = importlib.util.spec_from_file_location(file.stem, file)
     if spec is None:
-        raise LawReferenceError(f"{file} is no Python file")
+        raise ParameterError(f"{file} is no Python file")
     module, files = importlib.util.module_from_spec(spec), [file]
     try:
         with _helpers_of_its_own(file.resolve().parent, files):
@@ -95,7 +91,7 @@ def _run(file: Path) -> tuple[ModuleType, list[Path]]:
     except (Exception, SystemExit) as error:
         lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]
         where = f"{file}:{lines[-1]}" if lines else str(file)
-        raise LawReferenceError(f"{where} does not run: {_said(error)}") from None
+        raise ParameterError(f"{where} does not run: {_said(error)}") from None
     return module, files
 
 

@@ -11,8 +11,9 @@ import click
 from grainlaw.cli.answers import answer, json_option
 from grainlaw.cli.default_rock import ROCK
 from grainlaw.cli.law import write_picture
-from grainlaw.cli.law_file import LawReferenceError, find_with_files
+from grainlaw.cli.law_file import find_with_files
 from grainlaw.cli.running import completed
+from grainlaw.fields import ParameterError
 from grainlaw.material import Material
 from grainlaw.materials import ConstantExpansion, DruckerPrager, MohrCoulombPlastic, Thermal, TransverselyIsotropic
 from grainlaw.messages import nearest
@@ -53,7 +54,7 @@ def material(*, material: str, out: Path) -> None:
     try:
         chosen = find_with_files(material, Material)[0] if ".py" in material else _named(material)
         report, figure = check_material(chosen), plot_material(chosen)
-    except (LawReferenceError, TypeError, ValueError) as error:
+    except (TypeError, ValueError) as error:
         raise click.BadParameter(str(error)) from None
     record = {"material": described(chosen), "sources": own_sources(chosen)}
     where = write_picture(out, "material", material, figure, record)
@@ -65,5 +66,5 @@ def material(*, material: str, out: Path) -> None:
 def _named(name: str) -> Material:
     if name not in EXAMPLES:
         known = ", ".join(EXAMPLES)
-        raise LawReferenceError(f"there is no material '{name}'{nearest(name, EXAMPLES)} (materials: {known})")
+        raise ParameterError(f"there is no material '{name}'{nearest(name, EXAMPLES)} (materials: {known})")
     return EXAMPLES[name]

@@ -17,7 +17,6 @@ import click
 from click.shell_completion import CompletionItem
 
 from grainlaw.cli.default_rock import LAWS, NAMES
-from grainlaw.cli.law_file import LawReferenceError
 from grainlaw.compiler.batch import CompilationError
 from grainlaw.compiler.cache import compile_portably
 from grainlaw.conditions import StageError
@@ -29,7 +28,7 @@ from grainlaw.runs.claim import Claim, claimed, tidy
 from grainlaw.runs.stopping import Stopped
 
 #: What the user gave is at fault; and all that ends a command with its own words.
-REFUSALS = (ParameterError, LawReferenceError, CompilationError)
+REFUSALS = (ParameterError, CompilationError)
 FAILURES = (ParameterError, OSError, CompilationError, InstabilityError, StageError, MemoryError)
 
 

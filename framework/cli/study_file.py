@@ -14,7 +14,7 @@ import attrs
 
 from grainlaw.cli.components import evolved
 from grainlaw.cli.configuration import Numerics, configured
-from grainlaw.cli.law_file import LawReferenceError, find_with_files
+from grainlaw.cli.law_file import find_with_files
 from grainlaw.cli.sections import Sections, assign, check_section, checked_sections, put, read_tables, value_toml
 from grainlaw.cli.setups import SETUPS
 from grainlaw.compiler.cache import is_portable
@@ -49,7 +49,7 @@ class Factor:
 
 
 def factors(vary: Any, file: Path) -> list[Factor]:
-    """The factors of a table, in its order. Raises :class:`ParameterError`, :class:`LawReferenceError`."""
+    """The factors of a table, in its order. Raises :class:`ParameterError`."""
     if not isinstance(vary, Mapping) or not vary:
         raise ParameterError(f'{file}: a study needs a table [vary], such as "sample.seed" = "1..20"')
     found: dict[Place, Any] = {}
@@ -104,7 +104,7 @@ def _levels(place: Place, given: Any, file: Path) -> dict[Any, Any]:
         kind = FILES.get(place) if isinstance(level, str) and ".py" in level else None
         try:
             levels[recorded] = find_with_files(os.fspath(file.parent / str(level)), kind)[0] if kind else level
-        except LawReferenceError as error:
+        except ParameterError as error:
             raise ParameterError(f"{where} = {short(level)} is refused: {error}") from None
     return levels
 
@@ -150,7 +150,7 @@ class FileCase:
 def case_of(sections: Sections, places: Mapping[str, Place], quick: bool = False) -> FileCase:
     """The case of sections: without what does not decide a result, with the components of a user's files.
 
-    Raises :class:`~grainlaw.cli.law_file.LawReferenceError`.
+    Raises :class:`ParameterError`.
     """
     made = {name: {k: v for k, v in section.items() if (name, k) not in ALONE} for name, section in sections.items()}
     for (section, key), kind in FILES.items():
@@ -206,7 +206,7 @@ class StudyFile:
 def study_of(file: Path, assignments: Sequence[str] = (), quick: bool = False) -> StudyFile:
     """Read the study of a file, with single values ``section.key=value`` in place of those of the file.
 
-    Raises :class:`ParameterError`, :class:`~grainlaw.cli.law_file.LawReferenceError`.
+    Raises :class:`ParameterError`.
     """
     tables = read_tables(file)
     chosen = factors(tables.pop("vary", None), file)

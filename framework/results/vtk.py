@@ -14,7 +14,7 @@ import numpy as np
 
 from grainlaw.columns import COURSE, TIME, quantity_of
 from grainlaw.engine.state import State
-from grainlaw.material import Elastic, Plane
+from grainlaw.material import Elastic, Material, Plane
 from grainlaw.observation import Observer
 from grainlaw.results.archive import law_name
 from grainlaw.results.files import check_room, warn, writable_folder, write_atomically, write_text
@@ -103,8 +103,10 @@ def _across(specimen: Specimen) -> tuple[np.ndarray, np.ndarray]:
     """(g,) Poisson's ratio of elastic grains, nan of others; and whether they are in plane strain."""
     ratio, strain = np.full(specimen.grains.count, np.nan), np.ones(specimen.grains.count, dtype=bool)
     for material, grains in specimen.materials:
+        if isinstance(material, Material):
+            strain[grains] = material.plane is Plane.STRAIN
         if isinstance(material, Elastic):
-            ratio[grains], strain[grains] = material.poissons_ratio, material.plane is Plane.STRAIN
+            ratio[grains] = material.poissons_ratio
     return ratio, strain
 
 

@@ -78,11 +78,6 @@ class Table(metaclass=Checked):
         return [str(row["case"]) for row in self._stored]
 
     @functools.cached_property
-    def stored(self) -> list[str]:
-        """Keys of the runs, empty where there is none."""
-        return [str(row.get("run") or "") for row in self._stored]
-
-    @functools.cached_property
     def costs(self) -> list[dict[str, float]]:
         """CPU time and seconds (s) and bytes of each case, as measured."""
         return [dict(row.get("cost") or {}) for row in self._stored]
@@ -224,7 +219,7 @@ class Table(metaclass=Checked):
 
     def has_run(self, number: int) -> bool:
         """Whether the test of a row is stored."""
-        return bool(self.stored[number])
+        return bool(self._stored[number].get("run"))
 
     def is_finished(self, number: int) -> bool:
         """Whether the test of a row came to its end."""

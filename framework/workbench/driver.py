@@ -12,9 +12,9 @@ import numpy as np
 
 from grainlaw.arguments import Checked, checked, fits, floats_or_nan
 from grainlaw.compiler.batch import CompilationError, Compiled, compile_law
-from grainlaw.contact import ContactLaw, answered, declared_stiffness, law_arguments
+from grainlaw.contact import ContactLaw, declared_stiffness, law_arguments
 from grainlaw.fields import ParameterError, checked_number, parameters
-from grainlaw.memory import SCALARS, only_memory, with_scalars
+from grainlaw.memory import SCALARS, as_floats, only_memory, with_scalars
 from grainlaw.messages import refusal, short
 from grainlaw.short_form import between, rounded
 
@@ -93,7 +93,7 @@ class Contact:
         except self._caught as error:
             self.error = f"{type(error).__name__}: {error}"
             return (math.nan,) * (2 + len(self.names))
-        return answered(self.law, self.names, answer)
+        return as_floats(self.law, "traction", "normal and shear traction", 2, self.names, answer)
 
     def run(self, points: Iterable[tuple[float, float]]) -> np.ndarray:
         """Answers (i, 2 + m) of a virgin contact to a sequence of openings and slips (m)."""

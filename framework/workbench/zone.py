@@ -13,8 +13,8 @@ import scipy
 from grainlaw.arguments import Checked, checked, floats_or_nan
 from grainlaw.compiler.batch import compile_material
 from grainlaw.fields import ParameterError, checked_number, parameters
-from grainlaw.material import Material, material_arguments, material_memory, stiffness_of, stress_answered
-from grainlaw.memory import ROOM, SCALARS, with_scalars
+from grainlaw.material import Material, material_arguments, material_memory, stiffness_of
+from grainlaw.memory import ROOM, SCALARS, as_floats, with_scalars
 from grainlaw.messages import refusal, short
 from grainlaw.workbench.driver import work_done
 
@@ -70,7 +70,7 @@ class Zone:
         except self._caught as error:
             self.error = f"{type(error).__name__}: {error}"
             return (math.nan,) * (3 + len(self.names))
-        return stress_answered(self.material, self.names, answer)
+        return as_floats(self.material, "stress", "stress xx, yy and xy", 3, self.names, answer)
 
     def energy(self, strain: Strain, state: Iterable[float]) -> float:
         """J/m3 stored at a strain, with the memory that ``step`` returned there. Raises TypeError for no number."""
