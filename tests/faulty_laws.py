@@ -252,6 +252,25 @@ class Pushes(Hillerborg):
 
 
 @attrs.frozen(kw_only=True)
+class Drags(Hillerborg):
+    """A dashpot that the law does not declare."""
+
+    def traction(self, opening, slip, time_step, before, damage, widest):
+        normal, shear, damage, widest = self.softened(opening, slip, damage, max(widest, opening), self.energy)
+        rate = (opening - before) / time_step if time_step > 0 else 0.0
+        return normal + (1 - damage) * 1e6 * rate, shear, opening, damage, widest
+
+
+@attrs.frozen(kw_only=True)
+class Vanishes(Hillerborg):
+    """A broken contact bears nothing, also where it is closed."""
+
+    def traction(self, opening, slip, damage, widest):
+        normal, shear, damage, widest = self.softened(opening, slip, damage, max(widest, opening), self.energy)
+        return (normal if opening > 0 else (1 - damage) * normal), shear, damage, widest
+
+
+@attrs.frozen(kw_only=True)
 class Stays(Hillerborg):
     """Stiffer by a tenth wherever time passes, however slow."""
 
@@ -296,6 +315,8 @@ FAULTS = {
     Stops: "compiled",
     Overflows: "compiled",
     Pushes: "rate",
+    Drags: "rate",
+    Vanishes: "damage",
     Stays: "rate",
     Around: "rate",
 }

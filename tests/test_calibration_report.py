@@ -252,6 +252,8 @@ def test_the_fresh_specimen_nearest_to_the_means_is_told(given):
         14, "seed 14, of the fresh specimens 13 to 16 nearest to their means: UCS 180.00 MPa (mean 182.00 MPa), "
         "tensile strength 12.00 MPa (mean 10.75 MPa)",
     )  # fmt: skip
+    only = attrs.evolve(tried, checks=[ucs, attrs.evolve(tension, target=None)])  # 182 MPa, that of seed 15
+    assert only.typical("prism")[0] == 15
     assert tried.typical("disc")[0] == 13
     assert tried.typical("half_disc") == attrs.evolve(given, checks=()).typical("prism") == (1, "")
 

@@ -315,6 +315,10 @@ def test_the_rock_that_was_found_is_a_file_that_runs(tmp_path):
     assert made.specimen.material == stiff
     assert made.specimen.grains.count == 20
     assert not (tmp_path / "calibrated-disc.toml").exists()
+    (tmp_path / "calibrated-disc.toml").write_text("of another answer")
+    answer.is_plausible = False
+    _write(answer, asked, tmp_path)  # in conflict: what the folder had is of other targets
+    assert [*tmp_path.glob("calibrated*")] == []
 
 
 def test_the_minerals_and_the_class_that_were_calibrated_are_in_its_file(tmp_path):

@@ -387,6 +387,11 @@ def test_a_test_must_be_named(tmp_path):
     assert 'the test is missing: [test] type = "...", one of uniaxial-compression' in " ".join(result.output.split())
 
 
+def test_the_status_of_a_file_that_has_no_folder_because_of_a_key_names_the_key(tmp_path):
+    file = study_file(tmp_path, '"sample.sed" = [1, 2]')
+    assert "'sample.sed'; did you mean 'seed'?" in " ".join(invoke("study", "status", file).output.split())
+
+
 @pytest.mark.thorough
 @pytest.mark.parametrize("command", ["run", "status", "table", "plot", "report"])
 def test_folders_that_are_no_store_are_refused(command, done, tmp_path):

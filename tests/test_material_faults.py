@@ -117,6 +117,13 @@ def test_the_kit_finds_the_fault(fault):
     assert report[FAULTS[fault]].found
 
 
+@pytest.mark.thorough
+def test_a_weak_material_is_as_objective_as_its_displacements_are_rounded():
+    """Of stresses of a few Pa the rounding of a turned grain's strain, times its stiffness, is more than 1e-9."""
+    values = {field.name: getattr(YIELDING, field.name) for field in attrs.fields(Yielding)}
+    assert gl.check_material(Yielding(**values | {"strength": 100.0}))["objectivity"].passed
+
+
 def asked(kind, name, **more):
     """What a property finds of a material, by itself."""
     values = {field.name: getattr(YIELDING, field.name) for field in attrs.fields(Yielding)}

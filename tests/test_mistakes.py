@@ -561,7 +561,8 @@ def test_a_file_in_a_folder_that_is_not_there_names_the_folder(tmp_path):
     ],
 )
 def test_a_summary_that_fails_costs_no_run(found, words):
-    with pytest.raises(gl.StageError, match=f"Own.summary, after the run: {words}.* are in error.result") as told:
+    kept = "what was recorded is kept, in Python as error.result"
+    with pytest.raises(gl.StageError, match=f"Own.summary, after the run: {words}.*{kept}") as told:
         run(test=Own(loads=[drive()], found=found))
     assert len(told.value.result.curves["height"]) > 50
     assert "tensile_cracks" in told.value.result.summary

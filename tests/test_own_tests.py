@@ -55,6 +55,25 @@ def test_a_misspelt_name_of_a_test_of_ones_own_is_told():
     ]
 
 
+def test_a_measure_that_fails_is_told_as_the_tests_and_keeps_what_was_recorded():
+    def measure(self, state):
+        return {"force": 1.0, "late": 1 / 0 if state.time > 5e-6 else 0.0}
+
+    late = type("Late", (Pulled,), {"measure": measure})()
+    with pytest.raises(gl.StageError, match=r"^Late.measure: ZeroDivisionError: division by zero") as told:
+        gl.simulate(small_sample(12), BRITTLE, late)
+    assert len(told.value.result.curves["late"]) >= 4
+
+
+def test_a_column_that_is_left_out_within_a_stage_is_told():
+    def measure(self, state):
+        return {"force": 1.0} | ({} if state.time > 5e-6 else {"early": 0.0})
+
+    early = type("Early", (Pulled,), {"measure": measure})()
+    with pytest.warns(UserWarning, match="Early.measure leaves out early in the stage in which it gave it before"):
+        assert np.isnan(gl.simulate(small_sample(12), BRITTLE, early).curves["early"][-1])
+
+
 @attrs.frozen(kw_only=True)
 class Careless(Pulled):
     """A test with one mistake."""

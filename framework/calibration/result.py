@@ -311,7 +311,7 @@ class Calibration(metaclass=Checked):
     def typical(self, shape: str) -> tuple[int, str]:
         """Seed of the fresh specimen of a shape whose strengths lie nearest to their means, and these in words.
 
-        That of the search's first without fresh ones that have such strengths.
+        Of those that are targets, where any are. That of the search's first without fresh ones with such strengths.
         """
         of = [
             each for each in self.checks
@@ -320,6 +320,7 @@ class Calibration(metaclass=Checked):
         ]  # fmt: skip
         if not of:
             return 1, ""
+        of = [each for each in of if each.target] or of
         values = np.array([each.values for each in of])  # (q, n)
         off = (values - values.mean(axis=1, keepdims=True)) / np.maximum(values.std(axis=1, keepdims=True), 1e-300)
         nearest = int(np.argmin((off**2).sum(axis=0)))

@@ -283,10 +283,12 @@ def _is_tried(folder: Path, asked: CalibrationFile) -> bool:
 
 def _write(found: Calibration, asked: CalibrationFile, folder: Path) -> None:
     found.write(folder)
-    if found.is_plausible:
-        for shape, specimens in asked.specimens.items():
+    for shape, name in CALIBRATED.items():
+        if found.is_plausible and shape in asked.specimens:
             seed, about = found.typical(shape)
-            _write_rock(found, specimens.configuration(seed), folder / CALIBRATED[shape], about=about)
+            _write_rock(found, asked.specimens[shape].configuration(seed), folder / name, about=about)
+        else:
+            (folder / name).unlink(missing_ok=True)  # of another answer
 
 
 def _write_rock(found: Calibration, chosen: Configuration, file: Path, about: str) -> None:

@@ -202,7 +202,11 @@ def estimate(chosen: StudyFile, folder: Path) -> None:
 def status(chosen: StudyFile, folder: Path) -> None:
     """Tell how many cases are finished, have failed and are missing."""
     with refusing():
-        found = chosen.study.status(folder)
+        try:
+            found = chosen.study.status(folder)
+        except ParameterError:
+            chosen.try_first()  # where a case cannot be there is no folder
+            raise
         table = chosen.study.table(folder) if found.failed else None
     reasons = table.failed if table else []
     answer(f"{found}{_reasons(table) if table else ''}", **attrs.asdict(found), reasons=reasons)

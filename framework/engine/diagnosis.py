@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from grainlaw.columns import CONTACTS
-from grainlaw.contact import dilates
+from grainlaw.contact import dilates, law_arguments
 from grainlaw.engine.ledger import energies
 from grainlaw.engine.state import State
 
@@ -46,6 +46,8 @@ def fastest(state: State) -> str:
         cause = "contacts that open and close within a step, which gave back more energy than they took"
     else:
         cause = "a time step that is too long for a law stiffer than its `stiffness` says"
+        if any("time_step" in law_arguments(group.law) for group in state.bonds.groups):
+            cause += ", or with a dashpot that its `retardation_time` does not"
     return (
         f"the energy balance does not close; grain {grain} moves at {speed:.4g} m/s, and contact point {p} "
         f"between grains {a} and {b} has opened by {state.opening[p]:.4g} m; likely cause: {cause}; lower the "

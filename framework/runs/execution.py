@@ -67,8 +67,17 @@ def row_of(state: State, energies: Mapping[str, float]) -> dict[str, float]:
 
 
 def measured_by(protocol: LoadingProtocol, state: State) -> Mapping[str, float]:
-    """What a test measures. Raises :class:`ParameterError` for what is no number by a name."""
-    where, found = f"{type(protocol).__name__}.measure", protocol.measure(state)
+    """What a test measures.
+
+    Raises :class:`ParameterError` for what is no number by a name, :class:`StageError` where it fails.
+    """
+    where = f"{type(protocol).__name__}.measure"
+    try:
+        found = protocol.measure(state)
+    except ParameterError:
+        raise
+    except Exception as error:  # of a user
+        raise StageError(f"{where}: {type(error).__name__}: {error}") from error
     if not isinstance(found, Mapping):
         raise refusal(where, found, "a dictionary of numbers by name")
     for name, value in found.items():
@@ -124,6 +133,7 @@ class Execution:
         self.columns, self.at, self.state.stages = CurveTable(), Counters(), len(stages)
         self.loader = Loader(self.state, stepper.stability)
         self.goes_on = False  #: in a stage that began before a checkpoint
+        self._measured: tuple[int, set[str]] = 0, set()  #: number of a stage, and the names that its test has measured
 
     def go(self) -> Result:
         """Run to the end. Errors hold the result so far in ``result``."""
@@ -282,11 +292,21 @@ class Execution:
     def _record(self, energies: dict[str, float]) -> None:
         state = self.state
         state.note_breaks()
-        own = {"stage": self.at.stage, **self.loader.columns, **measured_by(self.protocol, state)}
+        measured = measured_by(self.protocol, state)
+        self._tell_left_out(measured)
+        own = {"stage": self.at.stage, **self.loader.columns, **measured}
         if any(stage.ageing for stage in self.stages):
             own |= ageing.columns(state)
         self.columns.append({"time": state.time, "step": state.steps, **own, **row_of(state, energies)})
         state.new_sample()
+
+    def _tell_left_out(self, measured: Mapping[str, float]) -> None:
+        """Where a test leaves out what it has measured before in this stage: there the column is nan."""
+        stage, before = self._measured
+        if left_out := sorted(before - {*measured}) if stage == self.at.stage else []:
+            words = f"leaves out {', '.join(left_out)} in the stage in which it gave it before: it is nan there"
+            warnings.warn(f"{type(self.protocol).__name__}.measure {words}", stacklevel=users_line())
+        self._measured = self.at.stage, {*measured}
 
     # --- checkpoints -------------------------------------------------------------------------------------------------
 
@@ -378,8 +398,8 @@ class Execution:
                 return found
             told = str(error) if isinstance(error, ParameterError) else f"{type(error).__name__}: {error}"
             failed = StageError(
-                f"{type(self.protocol).__name__}.summary, after the run: {told}; curves, cracks and frames are in "
-                "error.result"
+                f"{type(self.protocol).__name__}.summary, after the run: {told}; what was recorded is kept, in "
+                "Python as error.result"
             )
             failed.result = found
             raise failed from error

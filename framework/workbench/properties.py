@@ -30,9 +30,11 @@ BACK = np.append(np.geomspace(0.1, 1e-6, 26), 0.0)  #: shares of the way back, t
 KINDS = ("normal", "shear")
 SLOW, FAST = 1e60, 1e-60  #: s between two answers: nothing has a rate, nothing ages
 EVEN = 1e-6  #: of the largest traction or memory
+AT_ONCE = 1e-12  #: s, in which a dashpot bears far more than the springs
 TIME_STEPS = (1e-9, 1e-4, 10.0, 1e6)  #: s
 FINE = 40  #: steps of a leg
 MOST = 2000  #: steps of one that is fine
+LEFT = 1e-3  #: share of its pressure that a broken contact bears at least
 STRONGER = 1.1  #: ratio of two strengths that are sampled to 6 %
 
 
@@ -43,7 +45,7 @@ def rate(bench: Bench) -> Finding | None:
     """
     if "time_step" not in law_arguments(bench.law):
         return None
-    return _as_alone(bench) or _slow_limit(bench) or _energy(bench)
+    return _as_alone(bench) or _slow_limit(bench) or _dashpot(bench) or _energy(bench)
 
 
 def _as_alone(bench: Bench) -> Finding | None:
@@ -79,6 +81,21 @@ def _slow_limit(bench: Bench) -> Finding | None:
                 found = Finding(f"{text}, at {place(path[int(i)])}", float(apart[i, j]))
         worst.append(found)
     return min(worst, key=lambda finding: finding.size) if all(finding.text for finding in worst) else None
+
+
+def _dashpot(bench: Bench) -> Finding | None:
+    """A dashpot beside the springs is one of the law's ``retardation_time``, by which the stable step is shorter."""
+    contact, declared, worst = Contact(bench.law, time_step=AT_ONCE), bench.law.retardation_time, Finding("")
+    for mode, peak in enumerate((bench.scale.tension, bench.scale.shear)):
+        for way in (SMALL[0] * peak.displacement, -SMALL[0] * peak.displacement):
+            move = (way, 0.0) if mode == 0 else (0.0, way)
+            more = contact.step(*move, contact.start)[mode] - bench.contact.step(*move, bench.contact.start)[mode]
+            time = AT_ONCE * more / (bench.law.stiffness[mode] * way)
+            if time > max(1.05 * declared + 10 * AT_ONCE, worst.size):
+                text = f"{KINDS[mode]} dashpot of {time * bench.law.stiffness[mode]:.4g} Pa s/m, over its stiffness"
+                told = f"{time:.3g} s, and retardation_time {declared:g} s: the time step of a run is too long"
+                worst = Finding(f"{text} {told}", time)
+    return worst if worst.text else None
 
 
 def _energy(bench: Bench) -> Finding | None:
@@ -362,6 +379,19 @@ def mended(bench: Bench) -> Finding | None:
     return Finding(f"{text}, at {place(path[broken[0] + i])}", float(after[i] - after[0]))
 
 
+def gone(bench: Bench) -> Finding | None:
+    """A contact that was pulled until its damage was 1, and bears nothing where it is pressed."""
+    if "damage" not in bench.contact.names:
+        return None
+    open_, closed = (bench.scale.tension.broken, 0.0), (-bench.scale.tension.displacement, 0.0)
+    virgin = bench.contact.run([(0.0, 0.0), closed])[-1, 0]
+    broken = bench.contact.run([*even_steps([(0.0, 0.0), open_], FINE), (0.0, 0.0), closed])
+    if bench.memory(broken, "damage")[-1] < 1 or not broken[-1, 0] > LEFT * virgin:
+        return None
+    text = f"pull until its damage is 1, close: it bears {words(-broken[-1, 0], 'Pa')} of pressure"
+    return Finding(f"{text}, {words(-virgin, 'Pa')} before it broke, at {place(closed)}", float(-virgin))
+
+
 def closed_paths_create_no_energy(bench: Bench) -> Finding | None:
     """The work on a virgin contact is stored or lost, so never negative, nor is that of a settled cycle."""
     worst, shear = Finding(""), bench.scale.shear
@@ -463,7 +493,7 @@ PROPERTIES: dict[str, Callable[[Bench], Finding | None]] = {
     "stiffness": lambda bench: first_response(bench) or released(bench),
     "compiled": compiled_equals_interpreted,
     "odd in slip": odd_in_slip,
-    "damage": lambda bench: damage_never_heals(bench) or mended(bench),
+    "damage": lambda bench: damage_never_heals(bench) or mended(bench) or gone(bench),
     "energy": closed_paths_create_no_energy,
     "fracture energies": fracture_energies,
     "continuity": no_jump,
