@@ -40,7 +40,8 @@ def plain():
 
 def by_phase():
     grains = halves(small_sample(12).grains)
-    rocks = {0: ROCK, 1: gl.Elastic(youngs_modulus=40e9, poissons_ratio=0.2, density=2700, plane=Plane.STRESS)}
+    soft = gl.Elastic(youngs_modulus=40e9, poissons_ratio=0.2, density=2700, plane=Plane.STRESS)
+    rocks = {0: attrs.evolve(ROCK, plane=Plane.STRESS), 1: soft}
     return pulled(gl.Specimen(grains, rocks), {(0, 0): BRITTLE, (0, 1): Linear(**STIFF), (1, 1): BRITTLE})
 
 

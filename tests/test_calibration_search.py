@@ -13,7 +13,7 @@ from support import STIFF
 from grainlaw.calibration import emulator as emulating
 from grainlaw.calibration import posterior as posteriors
 from grainlaw.calibration.emulator import Emulator, emulators, fit, samples_of
-from grainlaw.calibration.identifiability import Direction, further, identifiability, width_of
+from grainlaw.calibration.identifiability import Direction, further, identifiability, sobol, width_of
 from grainlaw.calibration.matching import Match, conflicts, plausible, telling
 from grainlaw.calibration.posterior import Posterior, posterior
 from grainlaw.calibration.targets import Target
@@ -280,6 +280,8 @@ def test_what_a_further_test_would_tell_is_the_information_of_a_channel():
     assert told.gain == pytest.approx(0.5 * np.log2(1 + signal / noise))
     assert told.helped == "cohesion"
     assert further(match, SimpleNamespace(points=points), []) == ()
+    of_two = SimpleNamespace(space=SimpleNamespace(free=("cohesion", "angle")))
+    assert [each.shape for each in sobol(of_two, [], 0)] == [(0, 2)] * 2  # nothing is predicted
 
 
 def test_what_would_tell_most_is_named_first_and_what_tells_nothing_is_left_out():

@@ -15,12 +15,13 @@ from PIL import Image
 from support import BRITTLE, PULL, small_sample
 
 import grainlaw as gl
-from grainlaw.drawing.figure import Figure
+from grainlaw.drawing.figure import Figure, draw_legend
 from grainlaw.drawing.grains import _told_apart, phase_legend
 from grainlaw.drawing.palette import BLUE, COLORS, VERMILLION
 from grainlaw.geometry import Bricks, rectangle
 from grainlaw.results.acoustic import KINDS
 from grainlaw.results.figures.cracks import box, fit, how_far, outlines, unit_of
+from grainlaw.results.figures.curves import _begins_at_zero
 from grainlaw.results.figures.laboratory import PANELS, _from_zero
 
 BRICK = gl.Rigid(density=2700)
@@ -154,6 +155,34 @@ def test_an_axis_of_zeros_is_shown_to_one():
     assert [each.get_ylim()[0] for each in axes] == [0, 0, 0]
     assert (axes[0].get_ylim()[1], axes[2].get_ylim()[1]) == (1, 1)
     assert 5 <= axes[1].get_ylim()[1] < 6
+
+
+def test_a_panel_of_no_cracks_says_so_and_invents_no_range():
+    sound = gl.simulate(small_sample(12), BRITTLE, attrs.evolve(PULL, maximum_strain=2e-5), frames=1).laboratory
+    assert sound.plot("rose").axes[0].get_xlabel() == "no cracks"
+    assert not len(sound.plot("rose").axes[0].get_yticks())
+    assert sound.plot("events").axes[0].get_title() == "no acoustic events"
+    strain = sound.result.curves["strain"] * 100
+    assert sound.plot("mechanisms").axes[0].get_xlim() == pytest.approx((strain[0], strain[-1]))
+    assert sound.plot("fragments").axes[0].get_title().startswith("1 fragment, ")
+
+
+def test_an_axis_begins_at_zero_unless_that_cuts_off_what_is_seen_on_the_other_axis():
+    """A first wave below zero is cut off; a joint that is closed by a tenth of its opening under pressure is not."""
+    up = np.linspace(0, 5, 50)
+    assert _begins_at_zero(np.append(-0.05, up), np.append(0.01, up))
+    assert not _begins_at_zero(np.append(up, -0.05), np.append(up, -10.0))
+    assert not _begins_at_zero(np.append(up, -0.5), np.append(up, 1.0))
+
+
+def test_a_legend_of_many_names_lies_below_the_picture():
+    for count, inside in ((6, True), (12, False)):
+        figure = Figure(layout="constrained")
+        axes = figure.subplots()
+        for k in range(count):
+            axes.plot([0, 1], [0, k], label=f"a law with a long name of many words, number {k}")
+        draw_legend(axes)
+        assert (axes.get_legend() is not None, len(figure.legends)) == (inside, not inside)
 
 
 def test_a_panel_that_does_not_exist_is_refused(broken):
@@ -370,11 +399,11 @@ def test_an_animation_without_ffmpeg_says_so(broken, tmp_path, monkeypatch):
 
 
 def test_what_flew_far_is_left_out_of_the_box():
-    """A specimen of 20 x 40 mm, of which one grain is a metre away: 0.3 of its sizes are shown beside it."""
+    """A specimen of 20 x 40 mm, of which one grain is a metre away: 0.3 of its larger side is shown beside it."""
     made = gl.simulate(small_sample(12), BRITTLE, PULL, frames=1, progress=False)
     made.frames[-1].displacement[0] = (-1.0, 1.0)
     low, high = box(made, [-1], unit_of(made))
-    assert low[0] == pytest.approx(-0.3 * 20)
+    assert low[0] == pytest.approx(-0.3 * 40)
     assert high[1] == pytest.approx(1.3 * 40)
     assert -1 < low[1] < 1
     assert 19 < high[0] < 21
@@ -383,5 +412,5 @@ def test_what_flew_far_is_left_out_of_the_box():
     elsewhere = SimpleNamespace(specimen=SimpleNamespace(grains=SimpleNamespace(vertices=nodes)), frames=[far],
                                 mesh=SimpleNamespace(nodes=nodes), frame=lambda who, number: far)  # fmt: skip
     assert box(elsewhere, [-1], unit_of(elsewhere)) == pytest.approx(
-        np.array([(100 - 0.3 * 20, 200), (120, 200 + 1.3 * 40)])
+        np.array([(100 - 0.3 * 40, 200), (120, 200 + 1.3 * 40)])
     )

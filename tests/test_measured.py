@@ -332,6 +332,11 @@ def test_a_measured_curve_is_drawn_beside_ours_in_the_same_units(ours, tmp_path)
     assert drawn[1].get_xdata() == pytest.approx(AXIAL * 100)
     assert drawn[1].get_ydata() == pytest.approx(STRESS / 1e6)
     assert axes.get_legend().get_title().get_text() == "plane strain: 1/(1 − ν²) as steep as a cylinder"
+    both = gl.read_curve(
+        write(tmp_path / "both.csv", ["strain;stress (MPa);lateral strain"], [AXIAL, STRESS / 1e6, AXIAL])
+    )
+    sides = gl.plot_curves(ours, "lateral_strain", measured=both).axes[0]
+    assert not sides.get_legend().get_title().get_text()  # nu* is nu / (1 - nu)
     plate = attrs.evolve(curve, laterals=1)
     assert not gl.plot_curves(ours, measured=plate).axes[0].get_legend().get_title().get_text()
     rock = attrs.evolve(ours.specimen.material, plane=gl.Plane.STRESS)

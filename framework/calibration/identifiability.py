@@ -172,7 +172,7 @@ def sobol(match: Match, names: Sequence[str], seed: int) -> tuple[np.ndarray, np
         return match.predicted(space.points(np.clip(places.T, 0, 1)), names)[0].T
 
     shape = len(names), len(space.free)
-    if len(space.free) == 1:  # all of any variance is its own
+    if len(space.free) == 1 or not names:  # all of any variance is its own
         return np.ones(shape), np.ones(shape)
     ranges = [scipy.stats.uniform(0, 1)] * len(space.free)
     found = scipy.stats.sobol_indices(func=quantities, n=INDEX_POINTS, dists=ranges, rng=np.random.default_rng(seed))

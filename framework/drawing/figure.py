@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+import textwrap
 from typing import Any, NamedTuple, cast
 
 import matplotlib.figure
@@ -11,6 +12,10 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from grainlaw.messages import refusal
+
+MOST_INSIDE = 6  #: entries of a legend among the curves
+LONGEST = 40  #: letters of a line of one below them
+LETTER = 0.075  #: inch
 
 
 class Figure(matplotlib.figure.Figure):
@@ -33,6 +38,19 @@ def given_or_new(where: str, ax: Any, size: tuple[float, float]) -> tuple[Figure
     if not isinstance(ax, Axes):
         raise refusal(f"{where}: ax", ax, "axes of matplotlib")
     return cast(Figure, ax.figure.figure), ax  # that of a subfigure is the whole figure
+
+
+def draw_legend(axes: Axes, **look: Any) -> None:
+    """The legend of axes: among the curves, or below the picture where it has many entries."""
+    lines, names = axes.get_legend_handles_labels()
+    if len(names) <= MOST_INSIDE or axes.figure.get_layout_engine() is None:
+        axes.legend(frameon=False, **look)
+        return
+    names = [textwrap.fill(name, LONGEST) for name in names]
+    longest = max(len(line) for name in names for line in name.split("\n"))
+    across = max(1, int(axes.figure.figure.get_figwidth() / (LETTER * (longest + 8))))
+    below = {"ncols": across, "loc": "outside lower center", **{k: v for k, v in look.items() if k != "loc"}}
+    axes.figure.figure.legend(lines, names, frameon=False, **(below | {"fontsize": "small"}))
 
 
 def grid(count: int, across: int, size: tuple[float, float]) -> tuple[Figure, list[Axes]]:

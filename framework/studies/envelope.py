@@ -229,7 +229,8 @@ class StrengthEnvelope(metaclass=Checked):
             ("Hoek-Brown UCS", parabola.ucs * 1e-6, np.multiply(parabola.ucs_interval, 1e-6), "MPa"),
             ("Hoek-Brown m", parabola.m, parabola.m_interval, ""),
         ):
-            rows.append(f"{name:<15} {value:9.3f} {unit:<4} (95 %: {interval[0]:.3f} to {interval[1]:.3f})")
+            known = f"{interval[0]:.3f} to {interval[1]:.3f}" if np.isfinite(interval).all() else "not known"
+            rows.append(f"{name:<15} {value:9.3f} {unit:<4} (95 %: {known})")
         return "\n".join(rows)
 
     def plot(self) -> Figure:

@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from grainlaw.columns import quantity_of
-from grainlaw.drawing.figure import Figure, given_or_new
+from grainlaw.drawing.figure import Figure, draw_legend, given_or_new
 from grainlaw.drawing.palette import BLACK, BLUE, COLORS, STYLES, VERMILLION, color, marker
 from grainlaw.fields import ParameterError
 from grainlaw.quantity import Quantity
@@ -97,7 +97,7 @@ def plot_paired(table: Table, column: str, factor: str, over: Sequence[str], ax:
             axes.plot([at[each]] * len(of_case), [v * look.factor for v in of_case.values()], "o", color="0.45", ms=3.5)
             ticks.append((at[each], level(factor, each)))
         if group:
-            words = _label(group).replace(", ", "\n")
+            words = "\n".join(_labels(group))
             middle = left + (len(values) - 1) / 2
             axes.annotate(words, (middle, 1), xycoords=("data", "axes fraction"), va="top", ha="center", fontsize=9)
         left += len(values) + 0.5
@@ -132,7 +132,7 @@ def plot_curves(table: Table, by: Sequence[str], y: str, x: str, ax: Axes | None
     if not drawn:
         raise ParameterError(f"Table.plot_curves: no finished case has a run with the columns {x} and {y}")
     axes.set_xlabel(across.heading)
-    axes.legend(frameon=False, fontsize=9, handlelength=3)
+    draw_legend(axes, fontsize=9, handlelength=3)
     _finish(axes, up.heading)
     return figure
 
@@ -184,7 +184,7 @@ def plot_cracks(
     common = {name: v for name, v in named[0].items() if all(name in each and each[name] == v for each in named)}
     own = [{name: v for name, v in each.items() if name not in common} for each in named]
     for axes, levels, result in zip(places, own, results, strict=False):
-        draw_stored_cracks(axes, result, unit, title=_label(levels).replace(", ", "\n"))
+        draw_stored_cracks(axes, result, unit, title="\n".join(_labels(levels)))
         axes.set_xlim(low[0] * unit.factor, high[0] * unit.factor)
         axes.set_ylim(low[1] * unit.factor, high[1] * unit.factor)
         axes.set_axis_off()
@@ -246,12 +246,16 @@ def _finish(axes: Axes, heading: str) -> None:
 
 
 def _label(group: Mapping[str, Any]) -> str:
+    return ", ".join(_labels(group))
+
+
+def _labels(group: Mapping[str, Any]) -> list[str]:
     """Levels with their units, and the names of factors whose levels do not say what they are."""
     words = []
     for name, value in group.items():
         look, text = quantity_of(name), level(name, value)
         words.append(text if isinstance(value, str) else f"{look.words} {text} {look.unit_shown}".rstrip())
-    return ", ".join(words)
+    return words
 
 
 def _ticked(entry: Mean, by: Sequence[str], cases: int) -> str:

@@ -140,7 +140,7 @@ def _factors(table: Table) -> list[list[str]]:
             texts = [f"{level(name, min(levels))} to {level(name, max(levels))}"]
         elif len(levels) > LEVELS:
             texts = [*texts[:LEVELS], "..."]
-        rows.append([quantity_of(name).heading, ", ".join(texts), f"{len(levels)} levels"])
+        rows.append([quantity_of(name).heading, ", ".join(texts), f"{len(levels)} level{'s' * (len(levels) != 1)}"])
     return rows
 
 

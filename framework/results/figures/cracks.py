@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -29,11 +30,12 @@ from grainlaw.results.files import write_atomically
 from grainlaw.results.frames import Frame
 from grainlaw.results.result import Cracks, Result, contact_segments
 
-FAR = 0.3  #: widths of a specimen around it that are shown
+FAR = 0.3  #: of the larger side of a specimen: as far around it grains are shown
 MARGIN = 0.03  #: of the height, around it
 MOST_ACROSS = 6  #: panels in a row
 BELOW = 32  #: points, for the words of an axis
 DPI = 110  #: of an animation
+TITLE = 0.1  #: inch, a letter of a title
 TENSILE, SHEAR = VERMILLION, BLUE
 WIDTHS = {"tensile": 1.0, "shear": 1.8}  #: points: told apart on a grey page
 GRAIN, RIM = "#efece4", "#b9b2a3"
@@ -138,7 +140,7 @@ def side_by_side(results: Any, frame: int = -1, *, columns: int | None = None) -
         draw_cracks(axes, results[name], frame, unit=unit)
         fit(axes, *corners)
         counts = ", ".join(text.replace(": ", " ") for text in axes.get_legend_handles_labels()[1])
-        axes.set_title(f"{name}\n{counts}", fontsize="medium")
+        axes.set_title(f"{_in_lines(name, panels)}\n{counts}", fontsize="medium")
         axes.label_outer()
     label_cracks(figure)
     return figure
@@ -154,7 +156,8 @@ def _panels(
     across = min(columns or MOST_ACROSS, len(results))
     down = math.ceil(len(results) / across)
     each = float(np.clip(6.0 * wide / tall, 1.8, max(1.8, 13.0 / across)))
-    size = each * across + 0.8, (each * tall / wide + 0.6) * down + 0.7
+    more = max(_wrapped(name, each).count("\n") for name in results)  # lines of a title
+    size = each * across + 0.8, (each * tall / wide + 0.6 + 0.22 * more) * down + 0.7
     figure, panels = grid(len(results), across, size)
     return figure, dict(zip(results, panels, strict=True)), np.stack([low, high])
 
@@ -205,10 +208,22 @@ def _last_side_by_side(
         axes.add_collection(drawn[name])
         to_scale(axes, unit)
         fit(axes, *corners)
-        axes.set_title(f"{name}\n{how_far(shown[name], frames[name])}", fontsize="medium")
+        axes.set_title(f"{_in_lines(name, panels)}\n{how_far(shown[name], frames[name])}", fontsize="medium")
         axes.label_outer()
     figure.colorbar(drawn[name], ax=list(panels.values()), label=label, shrink=0.6)
     return figure
+
+
+def _in_lines(name: str, panels: Mapping[str, Axes]) -> str:
+    """A name in lines as wide as one of the panels."""
+    axes = next(iter(panels.values()))
+    width = axes.figure.figure.get_figwidth() / axes.get_subplotspec().get_gridspec().ncols  # type: ignore[union-attr]
+    return _wrapped(name, width)
+
+
+def _wrapped(name: str, width: float) -> str:
+    """A name in lines of a width (inch)."""
+    return textwrap.fill(name, max(int(width / TITLE), 8))
 
 
 def named_results(where: str, results: Any) -> dict[str, Result]:
@@ -349,7 +364,7 @@ def box(result: Result, frames: Sequence[int], unit: LengthUnit) -> np.ndarray:
     """(2, 2) in the unit, the corners of what is shown at some frames; grains that flew far away are left out."""
     corners = result.specimen.grains.vertices
     low, high = corners.min(axis=0), corners.max(axis=0)
-    room = FAR * (high - low)
+    room = FAR * float((high - low).max())
     ends = [np.stack([low, high])]
     if result.frames:
         places = (result.mesh.nodes + result.frame("plot_cracks", k).displacement for k in frames)

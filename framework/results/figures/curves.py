@@ -14,6 +14,7 @@ from matplotlib.ticker import MaxNLocator
 
 from grainlaw.arguments import checked
 from grainlaw.columns import (
+    DEVIATOR,
     ENERGIES,
     ENERGY,
     LATERAL_STRAIN,
@@ -21,12 +22,13 @@ from grainlaw.columns import (
     STABILITY,
     STAGE,
     STRAIN,
+    STRESS,
     TENSILE_CRACKS,
     TIME,
     Panel,
     require,
 )
-from grainlaw.drawing.figure import Figure, given_or_new, grid
+from grainlaw.drawing.figure import MOST_INSIDE, Figure, draw_legend, given_or_new, grid
 from grainlaw.drawing.palette import BLACK, color, marker, style
 from grainlaw.fields import ParameterError
 from grainlaw.messages import refusal
@@ -64,7 +66,7 @@ def draw_curves(axes: Axes, results: Mapping[str, Result]) -> None:
         axes.plot(x, y, label=name, linewidth=1.6, linestyle=style(k), markevery=[], **look)
         _mark_strength(axes, panel.over, column, result, is_named=False, **look)
     label_panel(axes, panel, result)
-    axes.legend(frameon=False)
+    draw_legend(axes)
 
 
 def _of_test(results: Mapping[str, Result], over: str) -> dict[str, Result]:
@@ -89,11 +91,25 @@ def label_panel(axes: Axes, panel: Panel, result: Result) -> None:
         heading = heading.replace(", ", ",\n", 1)
     axes.set(xlabel=across.heading, ylabel=heading)
     axes.grid(alpha=0.25)
-    for ends, begin in ((axes.dataLim.intervalx, axes.set_xlim), (axes.dataLim.intervaly, axes.set_ylim)):
-        if -NOTHING * ends[1] <= ends[0] <= ends[1] / 2:
-            begin(0, None)
+    drawn = np.concatenate([line.get_xydata() for line in axes.lines] or [np.zeros((0, 2))])
+    if _begins_at_zero(*drawn.T):
+        axes.set_xlim(0, None)
+    if _begins_at_zero(*drawn.T[::-1]):
+        axes.set_ylim(0, None)
     if panel.over == TIME and len(result.stages) > 1:
         _draw_stages(axes, result)
+
+
+def _begins_at_zero(values: np.ndarray, others: np.ndarray) -> bool:
+    """Whether next to nothing of points lies below zero on an axis, and on the ``other`` one nowhere apart."""
+    known = np.isfinite(values) & np.isfinite(others)
+    values, others = values[known], others[known]
+    low, high = values.min(initial=np.inf), values.max(initial=-np.inf)
+    if not -NOTHING * high <= low <= high / 2:
+        return False
+    below, above = others[values < 0], others[values >= 0]
+    apart = max(above.min() - below.min(), below.max() - above.max()) if len(below) else 0.0
+    return bool(apart <= NOTHING * np.ptp(others))
 
 
 def _draw_stages(axes: Axes, result: Result) -> None:
@@ -111,21 +127,24 @@ def _draw_stages(axes: Axes, result: Result) -> None:
 def draw_crack_numbers(axes: Axes, over: str, samples: Samples) -> None:
     """Broken contact points over a column, by law and sample: tensile solid, shear dashed."""
     for k, (name, results) in enumerate(samples.items()):
-        _draw_crack_numbers(axes, over, k, name, list(results.values()))
+        _draw_crack_numbers(axes, over, k, name, list(results.values()), len(samples) <= MOST_INSIDE / 2)
     first = next(iter(next(iter(samples.values())).values()))
     axes.set(xlabel=first.quantity(over).heading, ylabel="broken contact points")
     axes.grid(alpha=0.25)
+    if len(samples) > MOST_INSIDE / 2:  # the colours are those of the picture above
+        axes.plot([], [], "-", color="0.3", label="tensile")
+        axes.plot([], [], "--", color="0.3", label="shear")
     if axes.lines:
         axes.legend(frameon=False, fontsize="small")
 
 
-def _draw_crack_numbers(axes: Axes, over: str, k: int, name: str, results: Sequence[Result]) -> None:
+def _draw_crack_numbers(axes: Axes, over: str, k: int, name: str, results: Sequence[Result], named: bool) -> None:
     for column, line, fill in ((TENSILE_CRACKS, "-", "full"), (SHEAR_CRACKS, "--", "none")):
         if not any(each.curves[column][-1] for each in results):
             continue
         marks: dict[str, Any] = {"marker": marker(k), "fillstyle": fill, "markevery": EVERY, "markersize": 4}
         for number, result in enumerate(each.of_test(over) for each in results):
-            label = f"{name}, {column.split('_')[0]}" if number == 0 else None
+            label = f"{name}, {column.split('_')[0]}" if number == 0 and named else None
             axes.plot(
                 result.shown(over), result.curves[column], line, color=color(k), linewidth=1.0, label=label, **marks
             )
@@ -160,7 +179,7 @@ def plot_samples(samples: Samples) -> Figure:
         drawn |= _draw_peaks(upper, panel, list(results.values()), k)
     label_panel(upper, panel, result)
     upper.set_xlabel("")
-    upper.legend(frameon=False, title="mean and range of the strengths" if drawn else None, alignment="left")
+    draw_legend(upper, title="mean and range of the strengths" if drawn else None, alignment="left")
     draw_crack_numbers(lower, panel.over, samples)
     return figure
 
@@ -222,8 +241,9 @@ def plot_curves(
     axes.grid(alpha=0.25)
     if len(results) + len(beside) > 1:
         cylinders = any(curve.laterals > 1 for curve in beside.values())
-        steeper = cylinders and across == STRAIN and any(in_plane_strain(each.specimen) for each in results.values())
-        axes.legend(frameon=False, title=PLATE if steeper else None)
+        loaded = across == STRAIN and up in (STRESS, DEVIATOR)
+        steeper = cylinders and loaded and any(in_plane_strain(each.specimen) for each in results.values())
+        draw_legend(axes, title=PLATE if steeper else None)
     return figure
 
 
@@ -293,6 +313,8 @@ def plot_report_curves(results: Mapping[str, Result]) -> Figure:
     figure, places = grid(len(panels), 2, (10, 3.4 * math.ceil(len(panels) / 2)))
     for axes, panel in zip(places, panels, strict=True):
         _draw(axes, panel, results)
+    if len(results) > MOST_INSIDE:
+        draw_legend(next(axes for axes, panel in zip(places, panels, strict=True) if len(panel.columns) == 1))
     return figure
 
 
@@ -301,7 +323,10 @@ def _draw(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> None:
     results = _of_test(results, panel.over)
     for k, (name, result) in enumerate(results.items()):
         for j, column in enumerate(panel.columns):
-            label = ", ".join([name] * several + [result.quantity(column).words.removeprefix("energy ")] * many)
+            words = [name] * several + [result.quantity(column).words.removeprefix("energy ")] * many
+            if len(results) > MOST_INSIDE and many:  # what the lines of each mean is said once
+                words = words[1:] if k == 0 else []
+            label = ", ".join(words)
             look: dict[str, Any] = {"color": OF_MODE.get(column, color(j))}
             if several:
                 look = {"color": color(k), "marker": marker(k), "markevery": EVERY, "markersize": 4}
@@ -314,7 +339,7 @@ def _draw(axes: Axes, panel: Panel, results: Mapping[str, Result]) -> None:
         axes.yaxis.set_major_locator(MaxNLocator("auto", integer=True))
         axes.set_ylim(top=max(1.0, axes.get_ylim()[1]))
     cut = _fit_before_peak(axes, panel, results)
-    if several or many:
+    if (several and len(results) <= MOST_INSIDE) or many:
         axes.legend(frameon=False, fontsize="small", loc="upper left" if cut else "best")
 
 

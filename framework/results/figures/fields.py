@@ -21,6 +21,7 @@ from grainlaw.results.frames import Frame
 from grainlaw.results.result import Result
 from grainlaw.results.vtk import principal
 
+ALIKE = 1e-6  #: of the largest value: by less values do not differ
 MANY = 1e-3  #: m, from which displacements are shown in mm
 MOST_ARROWS = 24  #: along the longer side of a specimen
 ONE_SIGN, BOTH_SIGNS = "cividis", "RdBu_r"
@@ -84,7 +85,8 @@ def plot_field(
     to_scale(axes, unit)
     words = f"{look.words} since {since}" if since else look.words
     figure.colorbar(drawn, ax=axes, label=attrs.evolve(look, words=words).heading, shrink=0.7)
-    axes.set_title(", ".join(filter(None, (moment.stage, how_far(result, frame)))))
+    room = 26 if vectors and field in NODAL else None  # points, for the key of the arrows
+    axes.set_title(", ".join(filter(None, (moment.stage, how_far(result, frame)))), pad=room)
     return figure
 
 
@@ -152,10 +154,14 @@ def _draw_edges(axes: Axes, result: Result, moment: Frame, lines: np.ndarray, ph
 
 
 def _colors(values: np.ndarray) -> dict[str, Any]:
-    """Colours by value: even about zero where there are both signs."""
+    """Colours by value: even about zero where there are both signs; one that is alike everywhere in the middle."""
     most = float(np.abs(values).max(initial=0.0))
     if values.min(initial=0.0) < 0 < values.max(initial=0.0):
         return {"cmap": BOTH_SIGNS, "clim": (-most, most)}
+    known = values[np.isfinite(values)]
+    if len(known) and np.ptp(known) <= ALIKE * most:
+        room = 0.05 * most or 1.0
+        return {"cmap": ONE_SIGN, "clim": (float(known.min()) - room * (most > 0), float(known.max()) + room)}
     return {"cmap": ONE_SIGN}
 
 

@@ -115,10 +115,15 @@ def draw_rose(axes: Axes, laboratory: Laboratory) -> None:
         axes.bar(middle + turn, rose.shear * 1e3, width, bottom=rose.tensile * 1e3, label=label[1], **shear)
     if np.isfinite(plane.angle):
         reach = float((rose.tensile + rose.shear).max()) * 1e3
-        name = f"failure plane {np.degrees(plane.angle):.0f}°, alignment {plane.strength:.2f}"
+        turned = float(np.degrees(plane.angle))
+        leans = f" ({min(turned, 180 - turned):.0f}° to the x axis)" if turned > 90 else ""
+        name = f"failure plane {turned:.0f}°{leans}, alignment {plane.strength:.2f}"
         axes.plot([plane.angle + np.pi, 0, plane.angle], [reach, 0, reach], "k--", linewidth=1.2, label=name)
     axes.set_xlabel("length of cracks by orientation (mm)")  # a title would lie on the mark of 90 degrees
     axes.set_rlabel_position(float(np.degrees(middle[np.argmin(rose.tensile + rose.shear)])))  # type: ignore[attr-defined]
+    if not (rose.tensile + rose.shear).any():
+        axes.set(xlabel="no cracks", yticks=[])
+        return
     axes.legend(frameon=False, fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.14))
 
 
@@ -141,14 +146,17 @@ def draw_fragments(axes: Axes, laboratory: Laboratory) -> None:
     palette[0] = GRAIN
     _draw_specimen(axes, laboratory, palette[found.of_grain[laboratory.result.mesh.zone_grain]])
     several = int(np.count_nonzero(found.grains > 1))
-    axes.set_title(f"{len(found)} fragments, {several} of several grains\n(single grains white)", fontsize="medium")
+    words = f"{len(found)} fragment{'s' * (len(found) != 1)}, {several} of several grains\n(single grains white)"
+    axes.set_title(words, fontsize="medium")
 
 
 def draw_events(axes: Axes, laboratory: Laboratory) -> None:
     """Acoustic events as circles whose area is their energy, with both planes of their sources, by mechanism."""
     events = laboratory.events
     _draw_specimen(axes, laboratory, GRAIN)
-    if len(events):
+    if not len(events):
+        axes.set_title("no acoustic events", fontsize="medium")
+    else:
         size = 400 * events.energy / max(float(events.energy.max()), 1e-300)
         unit = unit_of(laboratory.result)
         x, y = (events.position * unit.factor).T
@@ -184,6 +192,8 @@ def draw_mechanisms(axes: Axes, laboratory: Laboratory) -> None:
         axes.scatter(along[chosen], events.isotropic[chosen], size[chosen], **look)
         axes.scatter([], [], 30, label=f"{kind}: {int(chosen.sum())}", **look)
     axes.locator_params(axis="x", nbins=5)
+    if not len(events) and len(course := _along(laboratory)[0]):
+        axes.set_xlim(float(course[0]), float(course[-1]))
     for end in (-OPENS, OPENS):
         axes.axhline(end, color=RIM, linewidth=0.8)
     axes.set(xlabel=label, ylabel="isotropic share of the moment", ylim=(-1.05, 1.05))
