@@ -75,25 +75,22 @@ def envelope(
             raise ParameterError(f"--confinement = {confinement} is not allowed, it must name at least two")
         sections = gathered(given.config, given.options, given.assignments)
         chosen = configured(TEST, with_options(sections, options), quick)
-        for pressure in pressures:
-            attrs.evolve(
-                cast(BiaxialCompression, chosen.protocol), confinement=pressure
-            )  # refuses what cannot be, before any work
+        pressed = cast(BiaxialCompression, chosen.protocol)
+        for pressure in pressures:  # what cannot be is refused before any work
+            attrs.evolve(pressed, confinement=pressure)
         levels: dict[str, list] = {CONFINEMENT: pressures}
         if SEED in chosen.sections["sample"]:  # grains of a file have none
             levels = {SEED: numbers or [chosen.sections["sample"][SEED]], **levels}
         elif numbers:
             raise ParameterError(f"--seeds = {seeds} is not allowed, these grains have no seed")
         places = {SEED: ("sample", SEED), CONFINEMENT: ("test", CONFINEMENT)}
-        varied = {places[name] for name in levels}
-        fixed = {name: {k: v for k, v in section.items() if (name, k) not in varied}
-                 for name, section in chosen.sections.items()}  # fmt: skip
-        study = Study(case_of(fixed, {name: places[name] for name in levels}), **levels)
+        case = case_of(chosen.sections, {name: places[name] for name in levels})
+        study = Study(case, **levels)
         Store(out, about={"factors": [*levels]})  # refuses another folder before it writes there
     arguments = {"config": CONFIG, "confinement": confinement, "seeds": seeds, "threads": threads,
                  "portable": is_portable()}  # fmt: skip
     parameters = {
-        "sample": fixed["sample"], "material": described(chosen.specimen.material),
+        "sample": case.sections["sample"], "material": described(chosen.specimen.material),
         "protocol": described(chosen.protocol), "law": described(chosen.law),
     }  # fmt: skip
     about: dict[str, Any] = {"command": {"name": "envelope", "arguments": arguments}, "parameters": parameters}

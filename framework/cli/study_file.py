@@ -148,14 +148,15 @@ class FileCase:
 
 
 def case_of(sections: Sections, places: Mapping[str, Place], quick: bool = False) -> FileCase:
-    """The case of sections: without what does not decide a result, with the components of a user's files.
+    """The case of sections: without what is varied or decides no result, with the components of a user's files.
 
     Raises :class:`ParameterError`.
     """
-    made = {name: {k: v for k, v in section.items() if (name, k) not in ALONE} for name, section in sections.items()}
+    left_out = {*ALONE, *places.values()}
+    made = {name: {k: v for k, v in section.items() if (name, k) not in left_out} for name, section in sections.items()}
     for (section, key), kind in FILES.items():
         given = made.get(section, {}).get(key)
-        if isinstance(given, str) and ".py" in given and (section, key) not in places.values():
+        if isinstance(given, str) and ".py" in given:
             made[section][key] = find_with_files(given, kind)[0]
     return FileCase(made, places, quick)
 
