@@ -19,7 +19,7 @@ from study_rows import row, table_of
 
 import grainlaw as gl
 from grainlaw.cli.study import means
-from grainlaw.cli.study_file import Factor, StudyFile, _names, _range, _recorded, factors, study_of
+from grainlaw.cli.study_file import Factor, StudyFile, _names, _range, _recorded, case_of, factors, study_of
 from grainlaw.columns import quantity_of
 from grainlaw.fields import ParameterError
 from grainlaw.laws import Linear
@@ -113,6 +113,18 @@ def test_a_range_has_as_many_levels_as_it_counts_wherever_it_begins(monkeypatch)
 def test_what_is_no_key_that_is_varied_is_refused(vary, words):
     with pytest.raises(gl.ParameterError, match=f"^granite.toml: {re.escape(words)}"):
         factors(vary, Path("granite.toml"))
+
+
+def test_a_case_has_no_value_that_is_varied_or_decides_nothing():
+    """An edit of it would make all cases anew."""
+    sections = {
+        "sample": {"seed": 3, "grains": 20},
+        "numerics": {"threads": 2, "refinement": 1},
+        "test": {"type": "creep"},
+    }
+    case = case_of(sections, {"seed": ("sample", "seed"), "test": ("test", "type")})
+    assert case.sections == {"sample": {"grains": 20}, "numerics": {"refinement": 1}, "test": {}}
+    assert sections["sample"]["seed"] == 3
 
 
 def test_means_are_over_what_ends_in_a_seed_at_any_depth(tmp_path):
