@@ -39,6 +39,7 @@ TITLE = 0.1  #: inch, a letter of a title
 TENSILE, SHEAR = VERMILLION, BLUE
 WIDTHS = {"tensile": 1.0, "shear": 1.8}  #: points: told apart on a grey page
 GRAIN, RIM = "#efece4", "#b9b2a3"
+PALE = 0.45  #: of the colour of a mineral, so that cracks are seen on it
 ROUND = (1, 2, 5)
 
 
@@ -78,7 +79,7 @@ def draw_deformed(
     parts = [(np.arange(len(result.mesh.zones)), fills or {"facecolor": GRAIN, "edgecolor": GRAIN})]
     if phases and (minerals := phase_legend(result.specimen.grains)):
         of, numbers = result.specimen.grains.phase[result.mesh.zone_grain], np.unique(result.specimen.grains.phase)
-        paints = [each.get_facecolor() for each in minerals]
+        paints = [tuple(1 - PALE * (1 - np.array(each.get_facecolor()))) for each in minerals]
         parts = [
             (np.flatnonzero(of == k), {"facecolor": paint, "edgecolor": paint, "label": each.get_label()})
             for k, paint, each in zip(numbers, paints, minerals, strict=True)
