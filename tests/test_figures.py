@@ -175,6 +175,14 @@ def test_an_axis_begins_at_zero_unless_that_cuts_off_what_is_seen_on_the_other_a
     assert not _begins_at_zero(np.append(up, -0.5), np.append(up, 1.0))
 
 
+def test_a_flat_specimen_has_a_flat_picture_and_one_number_along_its_short_side():
+    thin = Bricks(rows=1, columns=30).tessellate(rectangle(0.2, 0.004)).plot()
+    assert thin.get_figheight() < 2 < thin.get_figwidth()
+    assert [text.get_text() for text in thin.axes[0].get_yticklabels()] == ["4"]
+    square = Bricks(rows=3, columns=3).tessellate(rectangle(0.2, 0.2)).plot()
+    assert (square.get_figheight(), len(square.axes[0].get_yticklabels()) > 3) == (7, True)
+
+
 def test_a_legend_of_many_names_lies_below_the_picture():
     for count, inside in ((6, True), (12, False)):
         figure = Figure(layout="constrained")

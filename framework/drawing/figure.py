@@ -16,6 +16,7 @@ from grainlaw.messages import refusal
 MOST_INSIDE = 6  #: entries of a legend among the curves
 LONGEST = 40  #: letters of a line of one below them
 LETTER = 0.075  #: inch
+THIN = 0.2  #: a side over the other one, below which there is no room for many numbers along it
 
 
 class Figure(matplotlib.figure.Figure):
@@ -75,8 +76,20 @@ def length_unit(*vertices: np.ndarray) -> LengthUnit:
     return LengthUnit(1e3, "mm") if is_small else LengthUnit(1.0, "m")
 
 
+def height_of(width: float, height: float, room: float, most: float) -> float:
+    """Inch of a picture of a specimen of this size (m), with ``room`` around it, at ``most``: a flat one is no page."""
+    return min(most, max(most * height / width + room, 1.5 * room))
+
+
 def to_scale(axes: Axes, unit: LengthUnit) -> None:
     """Show all that was drawn, with equal scales of x and y."""
     axes.set_aspect("equal")
     axes.autoscale_view()
+    wide, tall = axes.dataLim.width, axes.dataLim.height
+    for axis, size, other in (("x", wide, tall), ("y", tall, wide)):
+        if size < THIN / 2 * other:  # numbers would lie on each other
+            end = float(axes.dataLim.max[int(axis == "y")])
+            axes.set(**{f"{axis}ticks": [end], f"{axis}ticklabels": [f"{end:.3g}"]})
+        elif size < THIN * other:
+            axes.locator_params(axis=axis, nbins=2)  # type: ignore[arg-type]
     axes.set(xlabel=f"x ({unit.name})", ylabel=f"y ({unit.name})")

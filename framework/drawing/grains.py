@@ -27,9 +27,10 @@ def draw_grains(grains: Any, by: str, ax: Any) -> Figure:
         raise refusal("Tessellation.plot: by", by, "'phase', 'area' or 'parent'")
     from matplotlib.collections import LineCollection, PolyCollection
 
-    from grainlaw.drawing.figure import given_or_new, length_unit, to_scale
+    from grainlaw.drawing.figure import given_or_new, height_of, length_unit, to_scale
 
-    figure, axes = given_or_new("Tessellation.plot", ax, (7, 7))
+    width, height = np.ptp(grains.vertices, axis=0)
+    figure, axes = given_or_new("Tessellation.plot", ax, (7, height_of(width, height, 1.2, 7)))
     unit = length_unit(grains.vertices)
     polygons = np.split(grains.vertices[grains.corners] * unit.factor, grains.first[1:-1])
     legends = []

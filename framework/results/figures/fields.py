@@ -11,7 +11,7 @@ from matplotlib.collections import LineCollection
 
 from grainlaw.arguments import checked
 from grainlaw.columns import quantity_of
-from grainlaw.drawing.figure import Figure, LengthUnit, given_or_new, to_scale
+from grainlaw.drawing.figure import Figure, LengthUnit, given_or_new, height_of, to_scale
 from grainlaw.drawing.palette import BLACK, VERMILLION
 from grainlaw.fields import checked_vector
 from grainlaw.messages import refusal, spelled
@@ -59,7 +59,9 @@ def plot_field(
     if since is not None and field not in (*NODAL[:3], *OF_GRAINS):
         raise refusal("plot_field: since", since, f"None for {field}: displacement, stress and rotation have it")
     width, height = np.ptp(result.specimen.grains.vertices, axis=0)
-    figure, axes = given_or_new("plot_field", ax, (min(10.0, 6.5 * width / height + 2.4), 7.0))
+    figure, axes = given_or_new(
+        "plot_field", ax, (min(10.0, 6.5 * width / height + 2.4), height_of(width, height, 1.8, 7.0))
+    )
     begin, look, unit = result.frame_before("plot_field", since), _quantity(field), unit_of(result)
     displacement = moment.displacement - (begin.displacement if begin else 0.0)
     stress = moment.stress - (begin.stress if begin else 0.0)
