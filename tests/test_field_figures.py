@@ -183,6 +183,8 @@ def test_a_tunnel_of_metres_has_metres_and_millimetres():
     assert (values == pytest.approx(2.0), words) == (True, "displacement along x (mm)")
     of_contacts = gl.plot_field(attrs.evolve(whole, frames=[frame]), "opening")
     assert of_contacts.axes[1].get_ylabel().endswith("(µm)")  # which has not moved by millimetres
+    wide = attrs.evolve(frame, bonds={**frame.bonds, "opening": np.full(len(frame.bonds["opening"]), 3e-3)})
+    assert shown(gl.plot_field(attrs.evolve(whole, frames=[wide]), "opening"))[1].endswith("(mm)")
     axes = figure.axes[0]
     assert axes.get_ylabel() == "y (m)"
     assert axes.dataLim.height == pytest.approx(12, rel=0.01)

@@ -66,7 +66,8 @@ def plot_field(
     displacement = moment.displacement - (begin.displacement if begin else 0.0)
     stress = moment.stress - (begin.stress if begin else 0.0)
     moving = moment.velocity if field.startswith("velocity") else displacement
-    if field in NODAL and look.unit == "µm" and np.abs(moving).max(initial=0.0) >= MANY:
+    far = moving if field in NODAL else moment.bonds.get(field, np.zeros(0))
+    if look.unit == "µm" and np.nanmax(np.abs(far), initial=0.0) >= MANY:
         look = attrs.evolve(look, unit="mm", factor=1e3)
     if field in NODAL:
         drawn = _draw_nodes(axes, result, moment, unit, _part(field, moving) * look.factor, phases)
