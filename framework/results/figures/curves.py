@@ -393,5 +393,6 @@ def _fit_before_peak(axes: Axes, panel: Panel, results: Mapping[str, Result]) ->
     if cut:
         axes.set_ylim(max(least, low - 0.1 * room), min(most, high + 0.6 * room))
         unit = result.quantity(panel.over).unit_shown
-        axes.set_title(f"up to the strength; then to {most:.3g} {unit}", fontsize="small")
+        ends = f"{least:.3g} to {most:.3g}" if least < low - 0.1 * room else f"to {most:.3g}"
+        axes.set_title(f"up to the strength; then {ends} {unit}", fontsize="small")
     return cut
