@@ -70,7 +70,8 @@ class WeibullField(metaclass=Checked):
     def _scattered(self, law: Any, factors: np.ndarray) -> Any:
         missing = [name for name in self.names if name not in units_of(type(law))]
         if missing:
-            raise ParameterError(f"WeibullField: {type(law).__name__} has no parameter {missing[0]}")
+            inside = ": scatter the law inside of it, and put it around that" if hasattr(law, "law") else ""
+            raise ParameterError(f"WeibullField: {type(law).__name__} has no parameter {missing[0]}{inside}")
         if not len(factors):  # phases that do not meet
             return law
         points = np.tile(factors, 2)

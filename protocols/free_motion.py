@@ -48,7 +48,7 @@ class FreeMotion(LoadingProtocol):
     velocity: Mapping[int, tuple[float, float]] = attrs.field(factory=dict, converter=_velocities)  #: m/s, by grain
     tracked: Sequence[int] = grain_numbers()  #: grains whose motion is recorded
     samples: int = whole_number(default=200, at_least=2)  #: in the time duration
-    #: At a third of the stable step an impact takes some thirty steps, and bodies part as fast as they met, to 0.1 %.
+    #: At a third of the stable step an impact takes some thirty steps, and bodies part as fast as they met, to 0.3 %.
     integrator: Integrator = part(Integrator, CentralDifference(damping=Undamped()))
 
     quantities = (

@@ -24,6 +24,9 @@ from grainlaw.quantity import Quantity
 from grainlaw.specimen import Specimen
 from grainlaw.stage import Load, Stage
 
+#: samples, and passages of a shear wave, after which a specimen without rest under its normal stress is given up
+PRESSED, PASSAGES = 200, 120
+
 
 def require_joint(specimen: Specimen, test: str) -> None:
     """Raise ParameterError unless the specimen is two blocks, one upon the other, with or without platens."""
@@ -184,6 +187,7 @@ class DirectShear(LoadingProtocol):
                 until=[AtRest(1e-4) if self.normal_stress > 0 else Reaches("time", self.ramp)],
                 interval=self.ramp,
                 integrator=self.integrator,
+                sample_limit=max(PRESSED, math.ceil(PASSAGES * specimen.longest_passage / self.ramp)),
             ),
             self._shear(specimen, "shear", 1.0, Reaches("displacement", self.maximum_slip), 1.0),
         ]

@@ -383,6 +383,16 @@ def test_a_first_look_gives_a_law_with_the_modulus_that_was_asked_for():
         assert low < target.value < high
 
 
+def test_specimens_that_a_test_of_their_shape_cannot_hold_are_refused():
+    """A disc in the place of a prism had a first look, and a UCS."""
+    round_one = gl.Specimen(Voronoi(grains=30, seed=1).tessellate(disc(0.03)), ROCK)
+    with pytest.raises(gl.ParameterError, match=r"^first_look: specimens: prism: .* no boundary named left or right"):
+        gl.first_look(gl.Targets(ucs=120 * MPa), LAW, FREE, lambda seed: round_one)
+    targets = gl.Targets(ucs=120 * MPa, brazilian_strength=9 * MPa)
+    with pytest.raises(gl.ParameterError, match=r"^first_look: specimens: disc: Brazilian: the specimen is no disc"):
+        gl.first_look(targets, LAW, FREE, {"prism": specimen, "disc": specimen})
+
+
 def test_strengths_are_met_between_contacts_as_stiff_as_the_answer_wants_them(monkeypatch):
     """Statics that take twice the stiffness at first: what is found with it is looked for again with the right one."""
     asked = []

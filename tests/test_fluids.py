@@ -408,3 +408,11 @@ def test_a_water_table_is_above_the_bottom_and_not_beside_a_viscous_injection():
     pumped = gl.loads.Injection(boundary="left", rate=1e-9, viscosity=1e-3, residual_aperture=1e-6)
     with pytest.raises(gl.ParameterError, match="water_table = 1 m is not allowed beside a viscous injection"):
         gl.simulate(two_bricks(), JOINT, Loads(loads=([fluid("top", water_table=1), pumped],)), progress=False)
+
+
+@pytest.mark.thorough
+def test_a_joint_that_water_lifts_off_is_given_up_soon():
+    """Under more pressure than it is pressed with; it waited for rest for 100,000 samples."""
+    lifted = Saturated(test=DirectShear(normal_stress=10e6, maximum_slip=1e-5), pressure=12e6, boundaries=["left"])
+    with pytest.raises(gl.StageError, match=r"stage 'press' did not end within 200 samples; it waits for .*AtRest"):
+        gl.simulate(two_bricks(), JOINT, lifted, progress=False)

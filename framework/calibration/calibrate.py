@@ -26,6 +26,7 @@ from grainlaw.calibration.targets import AIMS, Targets, checked_quantities, meas
 from grainlaw.calibration.trials import (
     PRISM,
     SHAPES,
+    USUAL,
     StudySimulator,
     TrialCase,
     by_shape,
@@ -88,7 +89,7 @@ def calibrate(
     space = _space(law, free, tied or {}, shapes, targets)
     _check_budget(budget, targets, space)
     _warn_of_few("calibrate", targets, space)
-    _warn_of_sizes("calibrate", ones := _one_of_each(shapes))
+    _warn_of_sizes("calibrate", ones := _one_of_each("calibrate", shapes))
     case = TrialCase(space.law, space.base, space.ties, shapes, made, 1.0)
     names = [name for name in measured_by(wanted, targets) if not AIMS[name].is_elastic]
     first, others = range(1, seeds + 1), range(seeds + 1, seeds + more + 1)
@@ -235,7 +236,7 @@ def first_look(
     """
     _check_choices(elastic, seeds=(seeds, FEWEST_SEEDS), seed=(seed, 0))
     shapes = checked_specimens(specimens, needed_tests(_quantities("first_look", targets, ())))
-    space, ones, stiffness = _space(law, free, tied or {}, shapes, targets), _one_of_each(shapes), None
+    space, ones, stiffness = _space(law, free, tied or {}, shapes, targets), _one_of_each("first_look", shapes), None
     _warn_of_few("first_look", targets, space)
     _warn_of_sizes("first_look", ones)
     statics = _statics(space, shapes, seeds, elastic) if targets.elastic else None
@@ -254,8 +255,16 @@ def first_look(
     return found
 
 
-def _one_of_each(shapes: Mapping[str, Any]) -> dict[str, Specimen]:
-    return {shape: make(1) for shape, make in shapes.items()}
+def _one_of_each(where: str, shapes: Mapping[str, Any]) -> dict[str, Specimen]:
+    """The first specimen of each shape. Raises :class:`ParameterError` for one that a test of its shape cannot hold."""
+    ones = {shape: make(1) for shape, make in shapes.items()}
+    for test, shape in SHAPES.items():
+        try:
+            if isinstance(ones.get(shape), Specimen):
+                USUAL[test].stages(ones[shape])
+        except ParameterError as error:
+            raise ParameterError(f"{where}: specimens: {shape}: {error}") from None
+    return ones
 
 
 def _check_choices(elastic: str, **numbers: tuple[Any, int]) -> None:
