@@ -183,7 +183,7 @@ def test_a_joint_is_sheared_and_sheared_back():
     )  # fmt: skip
     lower = held(0, "bottom") + held(1, "bottom")
     press = gl.Stage(
-        name="press", interval=2e-5, until=[AtRest(1e-4)],
+        name="press", interval=2e-5, until=[AtRest(1e-4)], sample_limit=200,
         loads=[Hold(boundary="top", axis=1, stress=-3e6, ramp=2e-5), drive("top", 0, 0.0), *lower],
     )  # fmt: skip
     spring = Hold(boundary="top", axis=1, stress=-3e6, stiffness=2e10)
