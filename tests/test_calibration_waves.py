@@ -8,7 +8,7 @@ import attrs
 import numpy as np
 import pytest
 from formula_rocks import FOUR, RANGES, FormulaRock, space, targets_at
-from support import ROCK, STIFF
+from support import ROCK, STIFF, small_sample
 
 import grainlaw as gl
 from grainlaw.calibration import calibrate as calibration
@@ -33,6 +33,7 @@ from grainlaw.units import MPa, mm
 LAW = MohrCoulomb(**STIFF, tensile_strength=10 * MPa, cohesion=40 * MPa, friction_angle=40)
 HIDDEN = {"tensile_strength": 11 * MPa, "cohesion": 33 * MPa, "friction_angle": 41.0}
 ROCKS = space(LAW, {name: RANGES[name] for name in ("tensile_strength", "cohesion", "friction_angle")}, {})
+PRISM = small_sample(12)
 GROUPS, TRIED = 2, 512  # beside the scale of the rock
 
 
@@ -454,7 +455,7 @@ def test_seeds_of_the_search_of_the_best_points_and_of_the_check_are_others(monk
     free = {name: RANGES[name] for name in HIDDEN}
     given = {"store": "", "seeds": 3, "more": 5, "fresh": 4, "seed": 8, "progress": False}
     targets = targets_at(HIDDEN, ("ucs", "tensile_strength"))
-    calibration.calibrate(targets, LAW, free, lambda seed: None, budget=30, **given)
+    calibration.calibrate(targets, LAW, free, lambda seed: PRISM, budget=30, **given)
     assert (asked["seeds"], asked["others"], asked["fresh"]) == (range(1, 4), range(4, 9), {"prism": range(9, 13)})
     assert (asked["budget"], asked["seed"], asked["strong"]) == (30, 8, 1.0)
     assert asked["weakest"] == pytest.approx(5 / 12.247, rel=1e-3)
@@ -462,8 +463,8 @@ def test_seeds_of_the_search_of_the_best_points_and_of_the_check_are_others(monk
     assert asked["tests"] == ["compression", "confined", "tension"]
     assert asked["best"] == [11.23e6, 33e6, 41.0]
     with pytest.raises(ParameterError, match="budget = 11 is not allowed, it must be at least 12: 2 times 6 points"):
-        calibration.calibrate(targets, LAW, free, lambda seed: None, budget=11, **given)
-    one = lambda seed: None  # noqa: E731
+        calibration.calibrate(targets, LAW, free, lambda seed: PRISM, budget=11, **given)
+    one = lambda seed: PRISM  # noqa: E731
     calibration.calibrate(targets, LAW, free, one, budget=30, **given | {"fresh": {"prism": 40}})
     assert asked["fresh"] == {"prism": range(9, 49)}
     with pytest.raises(ParameterError, match=r"fresh = \{'disc': 4\} is not allowed.* one for each of prism"):
@@ -472,8 +473,8 @@ def test_seeds_of_the_search_of_the_best_points_and_of_the_check_are_others(monk
         calibration.calibrate(targets, LAW, free, one, budget=30, **given | {"fresh": 1})
     angle = Targets(friction_angle=40.0)
     with pytest.raises(ParameterError, match="cohesion or friction_angle needs confinements"):
-        calibration.calibrate(angle, LAW, free, lambda seed: None, budget=30, **given)
-    calibration.calibrate(attrs.evolve(angle, confinements=[5e6]), LAW, free, lambda seed: None, budget=30, **given)
+        calibration.calibrate(angle, LAW, free, lambda seed: PRISM, budget=30, **given)
+    calibration.calibrate(attrs.evolve(angle, confinements=[5e6]), LAW, free, lambda seed: PRISM, budget=30, **given)
     assert (asked["names"][0], asked["tests"]) == ("ucs", ["compression", "confined", "tension"])
 
     def stop(*given):
@@ -481,7 +482,7 @@ def test_seeds_of_the_search_of_the_best_points_and_of_the_check_are_others(monk
 
     monkeypatch.setattr(calibration, "check", stop)
     with pytest.raises(Stopped) as stopped:
-        calibration.calibrate(targets, LAW, free, lambda seed: None, budget=30, **given)
+        calibration.calibrate(targets, LAW, free, lambda seed: PRISM, budget=30, **given)
     assert stopped.value.result.best == {"tensile_strength": 11.23e6, "cohesion": 33e6, "friction_angle": 41.0}
 
 
@@ -519,7 +520,7 @@ def test_a_search_begins_where_the_first_look_tells(monkeypatch):
         monkeypatch.setattr(calibration, "looked_at", lambda *given, seen=seen: seen)
         found = calibration.calibrate(
             targets_at(HIDDEN, ("ucs", "tensile_strength")), LAW, {name: RANGES[name] for name in HIDDEN},
-            lambda seed: None, budget=30, store="", seed=8, progress=False,
+            lambda seed: PRISM, budget=30, store="", seed=8, progress=False,
         )  # fmt: skip
         assert found.first_look is (seen if isinstance(seen, Look) else None)
     assert begun == [[[120.0, 8.0, 0.0]], None, None]

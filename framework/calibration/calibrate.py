@@ -260,7 +260,7 @@ def _one_of_each(where: str, shapes: Mapping[str, Any]) -> dict[str, Specimen]:
     ones = {shape: make(1) for shape, make in shapes.items()}
     for test, shape in SHAPES.items():
         try:
-            if isinstance(ones.get(shape), Specimen):
+            if shape in ones:
                 USUAL[test].stages(ones[shape])
         except ParameterError as error:
             raise ParameterError(f"{where}: specimens: {shape}: {error}") from None
