@@ -388,6 +388,8 @@ def test_specimens_that_a_test_of_their_shape_cannot_hold_are_refused():
     round_one = gl.Specimen(Voronoi(grains=30, seed=1).tessellate(disc(0.03)), ROCK)
     with pytest.raises(gl.ParameterError, match=r"^first_look: specimens: prism: .* no boundary named left or right"):
         gl.first_look(gl.Targets(ucs=120 * MPa), LAW, FREE, lambda seed: round_one)
+    with pytest.raises(gl.ParameterError, match=r"^first_look: specimens: prism = None .* that returns a Specimen"):
+        gl.first_look(gl.Targets(ucs=120 * MPa), LAW, FREE, lambda seed: None)
     targets = gl.Targets(ucs=120 * MPa, brazilian_strength=9 * MPa)
     with pytest.raises(gl.ParameterError, match=r"^first_look: specimens: disc: Brazilian: the specimen is no disc"):
         gl.first_look(targets, LAW, FREE, {"prism": specimen, "disc": specimen})

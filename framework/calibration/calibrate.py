@@ -258,6 +258,9 @@ def first_look(
 def _one_of_each(where: str, shapes: Mapping[str, Any]) -> dict[str, Specimen]:
     """The first specimen of each shape. Raises :class:`ParameterError` for one that a test of its shape cannot hold."""
     ones = {shape: make(1) for shape, make in shapes.items()}
+    for shape, one in ones.items():
+        if not isinstance(one, Specimen):
+            raise refusal(f"{where}: specimens: {shape}", one, "a function of the seed that returns a Specimen")
     for test, shape in SHAPES.items():
         try:
             if shape in ones:
