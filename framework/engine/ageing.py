@@ -9,9 +9,7 @@ import numpy as np
 
 from grainlaw.columns import AGED, FATIGUE, JUMPS, STORED, SUPPLIED, energy
 from grainlaw.conditions import Curves, StageError
-from grainlaw.contact import each_law, law_arguments
 from grainlaw.engine.dissipation import stored
-from grainlaw.engine.model import Model
 from grainlaw.engine.parts.laws import LawGroup
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError
@@ -24,10 +22,9 @@ FAILED = 1000.0  #: work of the loads in a stage, over what was stored as it beg
 NEARLY = 0.9  #: of the largest growth: near enough
 
 
-def check_ageing(model: Model, stages: Sequence[Stage]) -> None:
-    """Raise :class:`ParameterError` for a stage in which time passes, if no law ages."""
-    names = [law_arguments(law) for law in each_law(model.laws) if any(stage.ageing for stage in stages)]
-    if names and not any({FATIGUE, "time_step"} <= {*own} for own in names):
+def check_ageing(state: State, stages: Sequence[Stage]) -> None:
+    """Raise :class:`ParameterError` for a stage in which time passes, if no bond ages."""
+    if any(stage.ageing for stage in stages) and not list(_ageing(state)):
         raise ParameterError(
             f"ageing: no bond ages, give them a law that takes time_step and has a {FATIGUE} in its memory, such as "
             "StaticFatigue"

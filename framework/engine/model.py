@@ -65,11 +65,12 @@ class Model:
     def __init__(self, specimen: Specimen, laws: Laws, detection: Detection | None = None) -> None:
         check_laws("law", laws)
         self.specimen, self.laws, self.detection = specimen, laws, detection
+        self.of_bonds = each_law(laws)  #: the laws of bonds, as they were given
 
     @cached_property
     def _prepared(self) -> dict[int, PreparedLaw]:
         """By the identity of the law that was given."""
-        every = [*each_law(self.laws), *(each_law(self.detection.law) if self.detection and self.detection.law else ())]
+        every = [*self.of_bonds, *(each_law(self.detection.law) if self.detection and self.detection.law else ())]
         return {id(law): prepared(law) for law in every}
 
     @property

@@ -30,7 +30,7 @@ from grainlaw.columns import (
     since,
     work_done,
 )
-from grainlaw.contact import dilates, each_law
+from grainlaw.contact import dilates
 from grainlaw.fields import ParameterError, checked_number, checked_vector, checked_whole_number
 from grainlaw.mesh import Mesh
 from grainlaw.messages import nearest, refusal, short
@@ -448,7 +448,7 @@ def energy_returned(curves: Mapping[str, np.ndarray], state: State) -> float:
     together. In opening and in slip by themselves, because friction hides what openings make; together where a law
     lifts its faces, for slip then pays for the opening.
     """
-    together = any(map(dilates, each_law(state.model.laws)))
+    together = any(map(dilates, state.model.of_bonds))
     kinds = (CONTACTS,) if together else tuple((kind,) for kind in CONTACTS)
     most = max(-float(np.min(energy(curves, *kind))) for kind in kinds)
     works = state.bonds.work * state.contact_lengths * ~np.tile(state.replaced, 2)

@@ -11,7 +11,7 @@ import attrs
 import numpy as np
 import psutil
 
-from grainlaw.contact import each_law, memory_names
+from grainlaw.contact import memory_names
 from grainlaw.engine.model import Model
 from grainlaw.engine.stability import stiffness_matrix
 from grainlaw.engine.state import State
@@ -87,7 +87,7 @@ def expected_work(model: Model, stages: Sequence[Stage]) -> tuple[float, bool, i
     First zones times steps, with Gershgorin's bound of the highest frequency. Of equal ones a specimen that never
     breaks is tested to the end, quickly where the loading is adaptive, and a law that remembers more takes longer.
     """
-    specimen, each = model.specimen, each_law(model.laws)
+    specimen, each = model.specimen, model.of_bonds
     kn, ks = (max(float(np.max(law.stiffness[k])) for law in each) for k in (0, 1))
     points = np.ones((2, len(specimen.mesh.interfaces)))
     rows = abs(stiffness_matrix(specimen, kn * points, ks * points)).sum(axis=1)

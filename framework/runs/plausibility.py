@@ -144,7 +144,7 @@ def _place(load: BoundaryLoad) -> tuple[Any, ...]:
 
 def refuse_lost_loads(model: Model, stages: Sequence[Stage]) -> None:
     """Raise ParameterError for a pressure so small that contacts do not feel it: their openings are not that exact."""
-    stiffest = max(float(np.max(one.stiffness[0])) for one in each_law(model.laws))
+    stiffest = max(float(np.max(one.stiffness[0])) for one in model.of_bonds)
     least = FELT * stiffest * float(np.finfo(float).eps * np.hypot(*np.ptp(model.specimen.mesh.nodes, axis=0)))
     for stage in stages:
         for load in stage.of(Pressure, FluidPressure, Hold):
@@ -185,7 +185,7 @@ def scales(model: Model) -> tuple[float, float, float]:
     """Modulus (Pa) of grains and contacts in series, wave speed (m/s), grain size (m)."""
     specimen = model.specimen
     size = specimen.grains.grain_size
-    softness = 1 / (size * float(np.mean([np.mean(one.stiffness[0]) for one in each_law(model.laws)])))
+    softness = 1 / (size * float(np.mean([np.mean(one.stiffness[0]) for one in model.of_bonds])))
     if not specimen.is_rigid:
         softness += 1 / float(np.median(specimen.zone_stiffness[:, 0, 0]))
     density = float(specimen.node_masses.sum() / specimen.grains.areas.sum())

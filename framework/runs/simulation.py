@@ -169,7 +169,7 @@ def begun(
     check_memory(model.specimen, frames)
     state = State(model)
     stages = stages_of(protocol, state.specimen)
-    check_ageing(model, stages)
+    check_ageing(state, stages)
     check_panels(type(protocol).__name__, protocol.panels, protocol.quantities)
     if integrator is not None:
         stages = [attrs.evolve(stage, integrator=integrator) for stage in stages]
