@@ -45,8 +45,9 @@ class Borne:
 def borne(load: np.ndarray, deformation: np.ndarray, stage: np.ndarray) -> Borne | None:
     """The first failure in a record of (t,) samples; None where no load is above zero.
 
-    The deformation counts from the beginning of the stage in which the load first reaches a tenth of its largest. What
-    has been unloaded counts again from where it was: of the deformation only what is new. Loads of different stages are
+    The deformation counts from the beginning of the stage in which the load first reaches a tenth of its largest; a
+    load that is there before any deformation, as of heating, counts with the one that it would have taken. What has
+    been unloaded counts again from where it was: of the deformation only what is new. Loads of different stages are
     not compared: a loop of unloading may take some of the load for good. Nor is it a failure that the load falls
     with the deformation in a stage in which it has not grown, or before it exceeds what it was: a loop in a record of a
     laboratory. Where it never does the specimen has failed though its deformation fell (class II).
@@ -55,7 +56,7 @@ def borne(load: np.ndarray, deformation: np.ndarray, stage: np.ndarray) -> Borne
         return None
     largest = int(np.argmax(load))
     first = int(np.argmax(stage == stage[np.argmax(load >= LEAST * load[largest])]))
-    way = deformation[first:] - (deformation[first - 1] if first else 0.0)
+    way = _with_that_before(deformation[first:] - (deformation[first - 1] if first else 0.0), load[first:])
     highest = np.maximum.accumulate(load[first:])
     fresh = np.flatnonzero(way >= np.maximum.accumulate(np.append(0.0, way))[:-1])
     least = np.minimum.reduceat(way, fresh) if len(fresh) else fresh  # until the next of them
@@ -81,6 +82,25 @@ def borne(load: np.ndarray, deformation: np.ndarray, stage: np.ndarray) -> Borne
 def stage_begins(stage: np.ndarray) -> np.ndarray:
     """Where a stage begins after another."""
     return np.flatnonzero(np.diff(stage)) + 1
+
+
+def _with_that_before(way: np.ndarray, load: np.ndarray) -> np.ndarray:
+    """The deformation, and what the load at its beginning would have taken, where that was mostly there before.
+
+    At the stiffness with which the load then grows by a tenth of what it still gains.
+    """
+    begins = int(np.argmax(way > 0))
+    there = load[begins]
+    if not way[begins] > 0 or there < LEAST / 2 * load.max():
+        return way
+    later = begins + int(np.argmax(load[begins:] >= there + LEAST * (load[begins:].max() - there)))
+    if way[later] <= way[begins]:
+        return way
+    compliance = (way[later] - way[begins]) / (load[later] - there)
+    before = compliance * there - way[begins]
+    if before <= way[begins]:
+        return way
+    return np.append(np.minimum(compliance * np.maximum.accumulate(load[:begins]), before), way[begins:] + before)
 
 
 def _stopped(samples: np.ndarray, way: np.ndarray, load: np.ndarray) -> np.ndarray:

@@ -11,11 +11,11 @@ from support import ROCK, STIFF, STRONG, small_sample
 
 import grainlaw as gl
 from grainlaw.columns import SPENT
-from grainlaw.geometry import Bricks, rectangle
-from grainlaw.laws import BandisClosure, CohesiveCrack, Linear, MohrCoulomb
+from grainlaw.geometry import Bricks, Jointed, rectangle
+from grainlaw.laws import BandisClosure, BartonBandis, CohesiveCrack, Friction, Linear, LinearClosure, MohrCoulomb
 from grainlaw.loading import RECENT, RELEASED, Loading, Pace
 from grainlaw.materials import Thermal
-from grainlaw.protocols import BiaxialCompression, Cyclic, Heating, Platens, UniaxialCompression, UniaxialTension
+from grainlaw.protocols import BiaxialCompression, Cyclic, Heating, Held, Platens, UniaxialCompression, UniaxialTension
 from grainlaw.strength import borne_in
 from grainlaw.units import MPa
 
@@ -88,6 +88,36 @@ def test_the_default_test_passes_its_certificate_and_closes_its_ledger(law):
         assert found.summary["imbalance"] < 0.02
     assert found.summary["kinetic_ratio"] < 0.01
     assert ledger(found.curves) < 1e-6
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    "law", [Friction(**STIFF, friction_angle=30), BartonBandis(**STIFF, friction_angle=30, closure=LinearClosure())]
+)
+def test_a_joint_that_slides_without_damage_bears_as_much_as_by_hand(law):
+    """Jaeger 1960: a plane of friction at 45 degrees, 8 MPa; it would bear 4 % more as fast as a sound specimen."""
+    pressure, friction, height, width = 8 * MPa, math.tan(math.radians(30)), 0.06, 0.016
+    trace = [(-0.001, (height - width) / 2 - 0.001), (width + 0.001, (height + width) / 2 + 0.001)]
+    blocks = Jointed(Bricks(rows=12, columns=3), {"joint": [trace]}).tessellate(rectangle(width, height))
+    test = BiaxialCompression(confinement=pressure, until=gl.Until.FAILURE, samples=600)
+    found = gl.simulate(gl.Specimen(blocks, ROCK, tied=["between"]), law, test).summary
+    assert found["strength"] == pytest.approx(pressure * (1 + 2 * friction / (1 - friction)), rel=0.01)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    ("test", "to"), [(UniaxialCompression(), (50, 60)), (UniaxialTension(), (18, 10))], ids=["heated", "cooled"]
+)
+def test_a_stress_of_held_heat_is_part_of_what_a_specimen_bears(test, to):
+    """It bears as much as at 20 °C, whatever the stress between its ends before they move."""
+    rock = Thermal(material=ROCK, expansion=1e-5)
+    for temperature in to:
+        found = gl.simulate(
+            small_sample(material=rock), BRITTLE, Heating(to=temperature, held=Held.ENDS, samples=20, test=test)
+        )
+        plain = gl.simulate(small_sample(), BRITTLE, test)
+        assert found.curves["stress"][found.curves["stage"] < 2].max() > 0.1 * plain.summary["strength"]
+        assert found.summary["strength"] == pytest.approx(plain.summary["strength"], rel=0.02)
 
 
 @pytest.mark.thorough

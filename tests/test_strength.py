@@ -108,6 +108,24 @@ def test_a_record_that_begins_under_load_has_not_failed_there():
     )
 
 
+@pytest.mark.parametrize("preload", [9.9, 20.0, 60.0, 99.0])
+@pytest.mark.parametrize("samples", [200, 2000, 20000])
+def test_a_load_before_any_deformation_is_no_failure(preload, samples):
+    """As of a heated specimen between platens, or in a record of a machine that was set to zero under load."""
+    way, load = course((0, preload), (1 - preload / 100, 100), (1.1 - preload / 100, 100), (1.11, 50), samples=samples)
+    assert load[found(way, load).at] == pytest.approx(100, rel=1e-3)
+    zeroed = found(np.append(0.0, way), np.append(preload, load))
+    assert zeroed.at - 1 == found(way, load).at
+    held = np.linspace(0, preload, 50)
+    together = found(np.append(0 * held, way), np.append(held, load), np.append(0 * held, 1 + 0 * way))
+    assert together.at - 50 == found(way, load).at
+    assert together.failed
+    number = int(np.argmax(load >= preload + 0.3 * (100 - preload)))
+    level = np.minimum(load, load[number])  # it stops growing on its way
+    assert load[found(way, level).at] == pytest.approx(load[number])
+    assert found(way, level).failed
+
+
 def test_loops_of_unloading_are_no_failure():
     corners = [(0, 0), (0.5, 50), (0.2, 5), (0.5, 49.9), (1, 100), (0.7, 10), (1, 99), (1.2, 120), (1.3, 60)]
     parts = [course(a, b, samples=200) for a, b in itertools.pairwise(corners)]

@@ -32,6 +32,7 @@ FARTHER = 0.15  #: of the way so far, while no contact is damaged; sooner where 
 LOWER = 0.1  #: of it, and at every sample while the softest motion is settled: from a margin on that is below
 SOFT = 0.2
 SHORT = 0.004  #: of the way so far: between two times that a motion is settled
+SLIDES = 0.01  #: of the slip: so much of it that the stiffness does not explain
 MOST = 10  #: pieces of a sample for it; times that a sample is as long as the one before
 FINE = 1 / 800  #: of the way so far: the smallest piece of a sample in which contacts are damaged
 EXACT = 1e-7  #: to which the static solution is rounded, so that it does not depend on how it was solved
@@ -241,7 +242,9 @@ class Loader:
 
     @property
     def _damaged(self) -> int:
-        return int(np.count_nonzero(self._state.memory("damage") > 0))
+        """Contact points with damage and, under laws that count none, those that slide."""
+        slides = np.abs(self._state.beyond_elastic[1]) > SLIDES * np.abs(self._state.slip)
+        return int(np.count_nonzero(self._state.bonds.memory("damage", slides) > 0))
 
     def _momentum(self) -> tuple[float, float]:
         x, y = np.sum(self._state.freedoms.arrays.mass[:2] * self._state.freedoms.arrays.velocity[:2], axis=1).tolist()
