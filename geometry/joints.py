@@ -19,9 +19,11 @@ from grainlaw.geometry.cells.joining import tiling_of_parts
 from grainlaw.geometry.cells.merging import merge_short_edges
 from grainlaw.geometry.cells.sides import held, marked, region_sides, released, vertices_on
 from grainlaw.messages import refusal, users_line
+from grainlaw.polygon import cross
 from grainlaw.region import Region
 from grainlaw.tessellation import BETWEEN, INSIDE, Tessellation, Tessellator
 
+BENT = 2.0  #: deg: an edge that is turned by less against its trace counts as on it
 THROUGH = 0.5  #: share of its chord from which on a trace that ends in a polygon cuts it
 
 Chord = tuple[Point, Point]
@@ -178,8 +180,8 @@ class Jointed(Tessellator):
                 lines += [*own, *cut_by(parts, trace, near)]
                 kinds += [names.index(name) + 1] * (len(lines) - len(kinds))
         tiling = tiling_of_parts(region, parts, near)
-        start, end = np.array(lines).transpose(1, 0, 2)
-        tiling = marked(tiling, start, end, np.array(kinds), near)
+        begin, finish = np.array(lines).transpose(1, 0, 2)
+        tiling = marked(tiling, begin, finish, np.array(kinds), near)
         limit, smallest = self.merge * size, self.merge * size**2 / 2
         start, end = np.array(segments).transpose(1, 0, 2)
         tiling, straight = held(tiling, start, end, vertices_on(tiling.vertices, start, end, near))
@@ -187,6 +189,7 @@ class Jointed(Tessellator):
         merged = merge_short_edges(released(merged), limit, smallest, region_sides(region))
         made = merged.tessellation(grains, names)
         self._warn_of_misses(made)
+        self._warn_of_bends(made, begin, finish)
         return made
 
     def _warn_of_misses(self, made: Tessellation) -> None:
@@ -199,6 +202,29 @@ class Jointed(Tessellator):
                     f"and y from {bottom:g} to {top:g} m: is the unit right, and is one as long as a grain?"
                 )
                 warnings.warn(UnitWarning(words), stacklevel=users_line())
+
+    def _warn_of_bends(self, made: Tessellation, start: np.ndarray, end: np.ndarray) -> None:
+        """Warn of a trace that was turned out of its course, lines from start to end, where short edges vanished."""
+        for name in self.traces:
+            ends = made.vertices[made.joints[name]]
+            edge, middle = ends[:, 1] - ends[:, 0], ends.mean(axis=1)
+            turned = np.array([_turn(*each, start, end - start) for each in zip(edge, middle, strict=True)])
+            bent, length = turned > BENT, np.hypot(*edge.T)
+            if bent.any():
+                worst = int(np.argmax(turned))
+                words = (
+                    f"Jointed: a trace of {name} is turned by {turned[worst]:.1f} degrees at ({middle[worst, 0]:.4g}, "
+                    f"{middle[worst, 1]:.4g}) m, and {length[bent].sum() / length.sum():.0%} of its set by more than "
+                    f"{BENT:g}, so that short edges vanish; merge=0 keeps it straight, and so may other grains"
+                )
+                warnings.warn(words, stacklevel=users_line())
+
+
+def _turn(edge: np.ndarray, middle: np.ndarray, start: np.ndarray, along: np.ndarray) -> float:
+    """Degrees between an edge and the line that its middle is nearest to, of lines (n, 2) m."""
+    share = np.clip(((middle - start) * along).sum(axis=1) / (along**2).sum(axis=1), 0, 1)
+    line = along[np.argmin(np.hypot(*(middle - start - share[:, None] * along).T))]
+    return math.degrees(math.atan2(abs(cross(line, edge)), abs(line @ edge)))
 
 
 def _lines(start: np.ndarray, end: np.ndarray) -> list[Chord]:

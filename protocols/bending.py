@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -17,6 +18,7 @@ from grainlaw.integration import CentralDifference, Integrator
 from grainlaw.loading import Adaptive, HeatingRate, Loading
 from grainlaw.loads import Drive
 from grainlaw.mesh import Mesh
+from grainlaw.messages import users_line
 from grainlaw.moduli import work
 from grainlaw.protocols.between_platens import UntilFailure, refuse_platens
 from grainlaw.protocols.measures import certificate, failure_of, size
@@ -26,6 +28,7 @@ from grainlaw.stage import Stage
 from grainlaw.strength import Until, strength_of
 
 FINE = 20_000  #: samples of the whole way where contacts are damaged: a beam fails long before it has parted
+DEPTHS, SPANS = (0.4, 0.6), (0.5, 0.8)  #: of the published shape factor of a half disc
 SUPPORTS = ("support_left", "support_right")
 QUANTITIES = (
     Quantity("deflection", "µm", meaning="of the load against the supports", counts=True),
@@ -174,6 +177,14 @@ class SemiCircularBend(_Bending):
     def stages(self, specimen: Specimen) -> Sequence[Stage]:
         found = super().stages(specimen)
         specimen.mesh.require_boundaries(type(self).__name__, "notch")
+        depth, width = _notch_share(specimen), _span_share(specimen)
+        if not (DEPTHS[0] <= round(depth, 3) <= DEPTHS[1] and SPANS[0] <= round(width, 3) <= SPANS[1]):
+            words = (
+                f"SemiCircularBend: the formula of the toughness is fitted to notches of {DEPTHS[0]} to {DEPTHS[1]} of "
+                f"the radius and spans of {SPANS[0]} to {SPANS[1]} of the diameter, here {depth:.3g} and {width:.3g}: "
+                "take gl.stress_intensity for it"
+            )
+            warnings.warn(words, stacklevel=users_line())
         return found
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
@@ -183,15 +194,22 @@ class SemiCircularBend(_Bending):
 
 def toughness(force: float, specimen: Specimen) -> float:
     """K_IC (Pa sqrt(m)), Y' P sqrt(pi a)/(2 R), of the peak load P (N/m)."""
-    depth, radius = notch_depth(specimen), size(specimen)[0] / 2
-    shape = shape_factor(depth / radius, span(specimen) / (2 * radius))
-    return shape * force * math.sqrt(math.pi * depth) / (2 * radius)
+    shape = shape_factor(_notch_share(specimen), _span_share(specimen))
+    return shape * force * math.sqrt(math.pi * notch_depth(specimen)) / size(specimen)[0]
+
+
+def _notch_share(specimen: Specimen) -> float:
+    return 2 * notch_depth(specimen) / size(specimen)[0]  # of the radius
+
+
+def _span_share(specimen: Specimen) -> float:
+    return span(specimen) / size(specimen)[0]  # of the diameter
 
 
 def shape_factor(depth: float, span: float) -> float:
     """Y' in plane strain, from the depth of the notch over the radius and the span over the diameter.
 
-    Kuruppu and others 2014; fitted for depths from 0.4 to 0.6 and spans from 0.5 to 0.8.
+    Kuruppu and others 2014; fitted for ``DEPTHS`` and ``SPANS``.
     """
     linear = (-0.47 - 16.457 * span) * depth
     return -1.297 + 9.516 * span + linear + (1.071 + 34.401 * span) * depth**2

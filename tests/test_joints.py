@@ -1,5 +1,6 @@
 """Traces that cut grains, names of joint sets, slivers; what is refused."""
 
+import math
 import warnings
 
 import attrs
@@ -65,6 +66,25 @@ def test_a_set_that_cuts_no_grain_is_warned_of(missing):
         "the unit right, and is one as long as a grain?"
     ]
     assert len(made.joints["k"])
+
+
+def test_a_trace_that_short_edges_turn_is_warned_of():
+    """It passes beside corners of bricks so that no short edge can vanish on it: two of its three pieces lean."""
+    height, width, rise = 0.06, 0.016, math.tan(math.radians(55))
+    trace = [
+        (-0.001, height / 2 - rise * (width / 2 + 0.001)),
+        (width + 0.001, height / 2 + rise * (width / 2 + 0.001)),
+    ]
+    bricks, region = Bricks(rows=12, columns=3), rectangle(width, height)
+    with pytest.warns(UserWarning, match=r"^Jointed: a trace of j is turned by 6\.2 degrees at .*, and 59% of its set"):
+        made = Jointed(bricks, {"j": [trace]}).tessellate(region)
+    ends = made.vertices[made.joints["j"]]
+    dips = np.degrees(np.arctan2(*(ends[:, 1] - ends[:, 0]).T[::-1])) % 180
+    assert 55 - dips.min() == pytest.approx(6.2, abs=0.05)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        straight = Jointed(bricks, {"j": [trace]}, merge=0).tessellate(region)
+    assert length_of(straight, "j") == pytest.approx(width / math.cos(math.radians(55)))
 
 
 def length_of(grains, name):

@@ -1,6 +1,7 @@
 """What protocols measure on boundaries, and what their stages impose, by hand."""
 
 import math
+import warnings
 from types import SimpleNamespace
 
 import attrs
@@ -19,6 +20,7 @@ from grainlaw.geometry import (
     notched_beam,
     plate_with_hole,
     rectangle,
+    semi_disc,
     shear_box,
 )
 from grainlaw.geometry.bodies import renamed
@@ -41,6 +43,7 @@ from grainlaw.protocols import (
 from grainlaw.protocols.bending import ligament, notch_depth
 from grainlaw.protocols.creep import lowest_rate
 from grainlaw.protocols.measures import certificate, failure_of
+from grainlaw.units import mm
 
 BLOCK = gl.Specimen(Bricks(rows=1).tessellate(rectangle(4e-3, 8e-3)), ROCK, refinement=3)  # eight parts of each side
 STEEL = gl.Elastic(youngs_modulus=200e9, poissons_ratio=0.3, density=7850)
@@ -258,6 +261,16 @@ def test_a_half_disc_without_a_notch_has_no_toughness():
     plain = renamed(grains, {"top": "load", "left": "support_left", "right": "support_right"})
     with pytest.raises(gl.ParameterError, match="SemiCircularBend: the specimen has no boundary named notch"):
         SemiCircularBend().stages(gl.Specimen(plain, ROCK))
+
+
+@pytest.mark.parametrize(("depth", "span", "told"), [(8, 24, False), (12.3, 24, True), (8, 18, True)])
+def test_a_half_disc_beyond_the_published_formula_is_warned_of(depth, span, told):
+    region = semi_disc(40 * mm, notch_depth=depth * mm, notch_width=1 * mm, span=span * mm, bearing=2 * mm)
+    half = gl.Specimen(Voronoi(grains=60, seed=1).tessellate(region), ROCK)
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        SemiCircularBend().stages(half)
+    assert [f"here {depth / 20:.3g} and {span / 40:.3g}" in str(each.message) for each in found] == [True] * told
 
 
 def test_free_motion_of_nothing_has_no_centre():
