@@ -1,9 +1,9 @@
 """grainlaw test: options that reach the run, refusals before any work, what is left of a test that fails."""
 
 import csv
+import importlib
 import json
 import re
-import sys
 from pathlib import Path
 
 import pytest
@@ -42,6 +42,17 @@ def test_a_run_prints_the_properties_and_writes_the_folder(done):
     assert read.summary["steps"] == json.loads((folder / "summary.json").read_text())["properties"]["steps"]
     with pytest.raises(gl.ParameterError, match=r"has no result\.npz, which grainlaw test writes at its end"):
         gl.Result.load(folder.parent)
+
+
+@pytest.mark.thorough
+def test_a_finished_run_is_not_replaced_by_another_that_goes_on_with_it(done):
+    _, folder = done
+    before = {file.name: file.read_bytes() for file in folder.iterdir() if file.is_file()}
+    given = ("--config", folder / "config.toml", "--seed", 4)
+    result = invoke("test", "uniaxial-compression", *given, "--restart", "--out", folder)
+    assert result.exit_code == 1, result.output
+    assert "belongs to another run: specimen, law, test, options" in " ".join(result.output.split())
+    assert {file.name: file.read_bytes() for file in folder.iterdir() if file.is_file()} == before
 
 
 def test_file_options_and_single_values_reach_the_run_in_this_order(done):
@@ -214,7 +225,7 @@ def test_a_command_that_is_stopped_before_it_has_begun_says_so(command, tmp_path
     monkeypatch.chdir(tmp_path)
     (tmp_path / "x.toml").write_text("")
     monkeypatch.setattr("tomllib.loads", interrupted)
-    monkeypatch.setattr(sys.modules["grainlaw.cli.test"], "gathered", interrupted)
+    monkeypatch.setattr(importlib.import_module("grainlaw.cli.test"), "gathered", interrupted)
     result = invoke(*command, "--quick")
     assert result.exit_code == 130
     assert "stopped; go on with the same command" in result.output

@@ -52,6 +52,16 @@ def test_a_run_is_repeated_with_the_same_numbers(done):
         assert (done / "again" / name).read_bytes() == (done / "out" / name).read_bytes()
 
 
+@pytest.mark.parametrize("name", ["run.json", "study.json"])
+def test_a_run_is_not_repeated_into_another_one(name, tmp_path):
+    for folder, file in (("out", "run.json"), ("again", name)):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / file).write_text('{"command": {"name": "test", "arguments": {}}}')
+    result = invoke("rerun", tmp_path / "out", "--out", tmp_path / "again")
+    assert result.exit_code == 2
+    assert "holds a run or a study: choose another folder (--out), or remove it" in " ".join(result.output.split())
+
+
 FEW = "--set", "sample.grains=12"
 OWN = """
 import attrs

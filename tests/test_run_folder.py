@@ -243,6 +243,19 @@ def test_a_comparison_is_cleared_with_the_folders_of_its_laws(tmp_path):
     assert {file for file in left if not file.endswith(".grainlaw.lock")} == {"one/notes.txt"}
 
 
+@pytest.mark.parametrize("name", ["config.toml", "curves.csv", "report.html", "summary.json", "result.npz"])
+def test_files_of_the_users_own_are_replaced_only_if_asked_to(name, tmp_path):
+    (tmp_path / name).write_text("mine")
+    (tmp_path / "notes.txt").touch()
+    words = f"has {name}, which no run has written and this one would replace: choose another folder, or replace them"
+    with pytest.raises(gl.ParameterError, match=words), claimed(tmp_path):
+        pass
+    assert (tmp_path / name).read_text() == "mine"
+    for option in ("restart", "overwrite"):  # a run that was killed before it had a record goes on, too
+        with claimed(tmp_path, **{option: True}) as claim:
+            assert claim.others == ("notes.txt",)
+
+
 def test_a_folder_that_holds_no_run_is_left_alone(tmp_path):
     (tmp_path / "curves.csv").write_text("mine")
     with claimed(tmp_path, overwrite=True):
@@ -523,6 +536,15 @@ def test_a_checkpoint_of_another_run_is_refused_and_one_of_another_machine_is_wa
     with pytest.warns(OutputWarning, match="was written with other processor: the last digits may differ"):
         assert run_folder.checkpoint_of(tmp_path, "key") is stored
     with pytest.raises(gl.ParameterError, match="belongs to another run"):
+        run_folder.checkpoint_of(tmp_path, "other")
+
+
+def test_a_finished_run_without_a_checkpoint_is_not_gone_on_with_as_another(tmp_path):
+    record = tmp_path / "run.json"
+    for content in ("half of it", "[]", "{}", '{"key": 1}', '{"key": "key"}'):
+        record.write_text(content)
+        assert run_folder.checkpoint_of(tmp_path, "key") is None
+    with pytest.raises(gl.ParameterError, match=r"run\.json belongs to another run: specimen, law, test"):
         run_folder.checkpoint_of(tmp_path, "other")
 
 

@@ -25,6 +25,7 @@ from grainlaw.material import Material, Rigid
 from grainlaw.messages import nearest, refusal, short
 from grainlaw.protocol import LoadingProtocol, stages_of
 from grainlaw.results.files import write_text
+from grainlaw.runs.parallel import Run
 from grainlaw.runs.record import versions
 from grainlaw.runs.simulation import LEAST_FACTOR, begun
 from grainlaw.specimen import Specimen
@@ -76,6 +77,12 @@ class Configuration:
         """Raise what :func:`grainlaw.simulate` would raise before its first step."""
         options = {**self.numerics.step_options, "frames": self.numerics.frames}
         begun(Model(self.specimen, self.law), self.protocol, **options)
+
+    @property
+    def key(self) -> str:
+        """Of the run."""
+        run = Run(self.specimen, self.law, self.protocol, **self.numerics.step_options)
+        return run.key(self.numerics.frames)
 
 
 def write_config(file: Path, name: str, sections: Sections, about: str = "") -> None:

@@ -41,6 +41,8 @@ def rerun(context: click.Context, *, folder: Path, out: Path | None) -> None:
     if command is None:
         program = " ".join(record.get("program", []))
         raise click.UsageError(f"{folder} was not made by a command, but by {program}: run that again")
+    if any((out / name).exists() for name in (RUN, STUDY)):
+        raise click.UsageError(f"{out} holds a run or a study: choose another folder (--out), or remove it")
     if arguments.get("config"):
         arguments["config"] = folder / arguments["config"]
     elif ".py" in str(arguments.get("law", "")):

@@ -175,11 +175,11 @@ def writing_to(out: Path, restart: bool, overwrite: bool, about: Mapping[str, An
             yield claim
         except Stopped as stopped:
             again = f"go on with the same command and --restart --out {os.fspath(out)}"
-            end_stopped(stopped, contents(claim.path), again)
+            end_stopped(stopped, contents(claim.path, claim.others), again)
         except BrokenPipeError:
             raise  # as in refusing
         except FAILURES as error:
-            raise click.ClickException(f"{error}\n{contents(claim.path)}") from None
+            raise click.ClickException(f"{error}\n{contents(claim.path, claim.others)}") from None
 
 
 def end_stopped(stopped: Stopped, there: str, again: str) -> NoReturn:
@@ -192,7 +192,7 @@ def finished(claim: Claim) -> None:
     """Remove what only a restart needs, and say what is there."""
     for folder in (claim.path, *claim.path.iterdir()):
         tidy(folder)
-    click.echo(f"\n{contents(claim.path)}")
+    click.echo(f"\n{contents(claim.path, claim.others)}")
 
 
 def tell_works(works: Iterable[str]) -> None:

@@ -32,6 +32,7 @@ from grainlaw.runs.certify import limit_of, slower
 from grainlaw.runs.claim import Claim
 from grainlaw.runs.progress import Progress, RunBar
 from grainlaw.runs.record import versions
+from grainlaw.runs.run_folder import checkpoint_of
 from grainlaw.runs.simulation import simulate
 
 INTERACTIVE = "interactive.html"  #: in the folder of a run
@@ -84,6 +85,8 @@ def test(
             require_bokeh()
     arguments = {"name": name, "config": CONFIG, "portable": is_portable()}
     with running.writing_to(out, restart, overwrite, {"command": {"name": "test", "arguments": arguments}}) as claim:
+        if restart:
+            checkpoint_of(claim.path, chosen.key)  # refuses another run before files of this one are replaced
         sections, copies = copied_files(chosen, chosen.sections, claim.path)
         claim.about.update(configuration=chosen.sections, **copies)
         there = arguments["name"] = sections["test"]["type"]

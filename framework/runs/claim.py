@@ -27,13 +27,14 @@ GRAIN_FILES = "grain_files"  #: folder of the copy of the file that grains were 
 REPLACED = ".replaced"  #: folder of a run that is being replaced, until the new one has its first sample
 WHOLE = "whole"  #: in it: a file that says that all of the old run lies there
 
+#: files that people have, too: where no run has written them they are not replaced without being asked to
+COMMON = ("config.toml", "summary.json", "curves.csv", "cracks.csv", "report.html", RESULT)
 #: what only a restart needs
 FOR_RESTART = (CHECKPOINT, f"{FRAMES}/*.npz", FRAMES)
 #: what runs write to their folders, and --overwrite removes; the record last, for it says that this is a run
 WRITTEN = (
-    *FOR_RESTART, PROGRESS, "watch.html", "config.toml", "summary.json", "curves.csv", "cracks.csv", "report.html",
-    RESULT, "comparison.png", "cracks_*.png", f"{LAW_FILES}/**/*", LAW_FILES, f"{MATERIAL_FILES}/**/*", MATERIAL_FILES,
-    f"{TEST_FILES}/**/*", TEST_FILES,
+    *FOR_RESTART, PROGRESS, "watch.html", *COMMON, "comparison.png", "cracks_*.png",
+    f"{LAW_FILES}/**/*", LAW_FILES, f"{MATERIAL_FILES}/**/*", MATERIAL_FILES, f"{TEST_FILES}/**/*", TEST_FILES,
     f"{GRAIN_FILES}/*", GRAIN_FILES,
     *(f"{name}{end}" for name in ("grains", "cracks", "contacts") for end in (".pvd", "_*.vtu")), RUN,
 )  # fmt: skip
@@ -47,6 +48,7 @@ class Claim:
     restart: bool = False  #: whether to go on with the run that the folder holds
     about: dict[str, Any] = attrs.field(factory=dict)
     outer: Path | None = None  #: the folder of several runs that this one lies in
+    others: tuple[str, ...] = ()  #: names of what lay in the folder, and is of no run
 
     def inside(self, name: str) -> Claim:
         """A folder in this one, for one run of several. Raises OSError."""
@@ -78,8 +80,8 @@ def claimed(
 ) -> Iterator[Claim]:  # fmt: skip
     """A folder that is this run's own for as long as the context lasts; one that is already stays so.
 
-    Raises :class:`ParameterError` where another process writes to it, or where it holds a run and neither ``restart``
-    nor ``overwrite`` is asked for; OSError where it cannot be written.
+    Raises :class:`ParameterError` where another process writes to it, or where it holds a run, or files by names of
+    its own, and neither ``restart`` nor ``overwrite`` is asked for; OSError where it cannot be written.
     """
     if restart and overwrite:
         raise ParameterError("restart and overwrite are not allowed together: go on with a run, or begin anew")
@@ -98,18 +100,30 @@ def claimed(
         _bring_back(path)  # a run that was to replace it ended before it had begun
         if (path / STUDY).exists():
             raise ParameterError(f"the folder '{path}' holds a study: choose another folder")
+        if not restart and not overwrite:
+            _refuse_what_is_there(path)
+        there = {each.name for each in path.iterdir() if not each.name.startswith(".")}
+        others = there - {each.relative_to(path).parts[0] for each in _of_runs(path)}
         if overwrite:
             _set_aside(path)
-        elif (path / RUN).exists() and not restart:
-            raise ParameterError(
-                f"the folder '{path}' holds a run ({_run_of(path)}): choose another folder, go on with that run "
-                "(--restart), or replace it (--overwrite)"
-            )
-        yield (claim := Claim(path, restart, dict(about or {})))
+        yield (claim := Claim(path, restart, dict(about or {}), others=tuple(sorted(others))))
         claim.begins()  # of a run without samples, too
     finally:
         _bring_back(path)
         lock.release()
+
+
+def _refuse_what_is_there(folder: Path) -> None:
+    if (folder / RUN).exists():
+        raise ParameterError(
+            f"the folder '{folder}' holds a run ({_run_of(folder)}): choose another folder, go on with that run "
+            "(--restart), or replace it (--overwrite)"
+        )
+    if there := [name for name in COMMON if (folder / name).exists()]:
+        raise ParameterError(
+            f"the folder '{folder}' has {', '.join(there)}, which no run has written and this one would replace: "
+            "choose another folder, or replace them (--overwrite)"
+        )
 
 
 def _set_aside(folder: Path) -> None:

@@ -226,6 +226,15 @@ def origin() -> dict[str, Any]:
     }
 
 
+def key_of(folder: Path) -> str | None:
+    """The key of the run whose record lies in a folder; None where there is none that can be read."""
+    try:
+        found = json.loads((folder / RUN).read_text(encoding="utf-8")).get("key")
+    except (OSError, ValueError, AttributeError):
+        return None
+    return found if isinstance(found, str) else None
+
+
 @contextmanager
 def recorded(folder: Path, content: Mapping[str, Any]) -> Iterator[None]:
     """Keep ``run.json`` in a folder: at first as running, in the end with how the run ended and what it took.

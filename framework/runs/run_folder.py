@@ -20,8 +20,8 @@ from grainlaw.results.frames import Frame, packed, unpacked
 from grainlaw.results.tables import as_csv, breaks, lines, write_json
 from grainlaw.runs import checkpoint
 from grainlaw.runs.checkpoint import Checkpoint, SavedMoment
-from grainlaw.runs.claim import CHECKPOINT, FRAMES, Claim
-from grainlaw.runs.record import made_with
+from grainlaw.runs.claim import CHECKPOINT, FRAMES, RUN, Claim
+from grainlaw.runs.record import key_of, made_with
 
 SUMMARY = 10.0  #: s between summaries
 AGAIN = 10.0  #: s until a file that could not be written is tried again
@@ -160,16 +160,17 @@ class RunFolder:
 
 
 def checkpoint_of(folder: Path, key: str) -> Checkpoint | None:
-    """The checkpoint in a folder, or None. Raises :class:`ParameterError` for that of another run."""
+    """The checkpoint in a folder, or None. Raises :class:`ParameterError` where another run lies there."""
     file = folder / CHECKPOINT
-    if not file.exists():
-        return None
-    found = checkpoint.load(file)
-    if found.key != key:
+    found = checkpoint.load(file) if file.exists() else None
+    there = key_of(folder) if found is None else found.key
+    if there not in (None, key):
         raise ParameterError(
-            f"{file} belongs to another run: specimen, law, test, options or the version of grainlaw differ; "
-            "give those of before, or begin anew (overwrite)"
+            f"{file if found else folder / RUN} belongs to another run: specimen, law, test, options or the version of "
+            "grainlaw differ; give those of before, or begin anew (overwrite)"
         )
+    if found is None:
+        return None
     differ = [name for name, value in made_with().items() if found.made_with.get(name) != value]
     if differ:
         warn(f"{file} was written with other {', '.join(differ)}: the last digits may differ from one unstopped run")
