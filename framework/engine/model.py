@@ -65,7 +65,11 @@ class Model:
     def __init__(self, specimen: Specimen, laws: Laws, detection: Detection | None = None) -> None:
         check_laws("law", laws)
         self.specimen, self.laws, self.detection = specimen, laws, detection
-        self.of_bonds = each_law(laws)  #: the laws of bonds, as they were given
+
+    @property
+    def of_bonds(self) -> list[ContactLaw]:
+        """The laws of bonds, as they were given. Raises :class:`ParameterError` where there is none."""
+        return each_law(self.laws)
 
     @cached_property
     def _prepared(self) -> dict[int, PreparedLaw]:
