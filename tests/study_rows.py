@@ -22,8 +22,8 @@ def table_of(rows, folder, runs=()):
     store = Store(folder)
     for number, each in enumerate(rows):
         run = runs[number] if number < len(runs) else None
-        size = {"cost": {**each["cost"], "bytes": len(run)}} if run else {}
-        store.write(each | {"run": each["case"] if run else ""} | size, run)
+        stored = {"run": each["case"], "cost": {**each["cost"], "bytes": len(run)}} if run else {}
+        store.write(each | stored, run)
     store = Store(folder, make=False)
     return Table(list(store.rows(each["case"] for each in rows)), tuple(rows[0]["factors"]) if rows else (), store)
 

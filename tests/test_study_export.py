@@ -89,6 +89,32 @@ def test_of_cases_with_equal_factors_the_last_is_read(tmp_path):
     assert read["strength"].tolist() == [5e6, 2e6]
 
 
+def test_a_factor_that_came_later_is_none_before_and_no_case_counts_twice(tmp_path):
+    """Seeds 1 and 2, then with a cohesion: of 29 it gives the runs of before, whose rows are left out."""
+    before = [row({"seed": seed}, {"strength": 1e6 * seed}) for seed in (1, 2, 3)]
+    after = [
+        row({"seed": seed, "cohesion": level}, {"strength": 1e6 * seed}, cost={**before[0]["cost"], "bytes": 3})
+        | {"run": before[seed - 1]["case"] if level == 29 else ""}
+        for seed in (1, 2) for level in (29, 20)
+    ]  # fmt: skip
+    table_of([*before, *after], tmp_path, runs=[b"one", b"two", b"six"])
+    with pytest.warns(UserWarning, match="2 cases are left out"):
+        read = gl.read_study(tmp_path)
+    assert [(each["seed"], each["cohesion"]) for each in read.rows] == [(1, 20), (1, 29), (2, 20), (2, 29), (3, None)]
+    assert [(mean.group["cohesion"], mean.count) for mean in read.means("cohesion")["strength"]] == [
+        (20, 2), (29, 2), (None, 1),
+    ]  # fmt: skip
+    assert len(read.where(cohesion=None)) == 1
+
+
+def test_cases_of_several_versions_of_a_study_are_told(tmp_path):
+    """Other seeds after an edit of the grains: their mean would be of two rocks."""
+    rows = [row({"seed": seed}) | {"version": "new" if seed > 2 else "old"} for seed in (1, 2, 3)]
+    table_of(rows, tmp_path)
+    with pytest.warns(UserWarning, match=r"of 2 versions of the study \(2, 1\), whose specimens, laws or tests may"):
+        gl.read_study(tmp_path)
+
+
 def test_a_factor_without_a_limit_comes_before_one_with_it(tmp_path):
     table_of([row({"limit": level}) for level in ("none", 5, None, 2)], tmp_path)
     assert gl.read_study(tmp_path).levels("limit") == [None, 2, 5, "none"]

@@ -5,6 +5,7 @@ import json
 import os
 import platform
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -86,7 +87,7 @@ def test_a_study_that_begins_removes_what_ended_processes_have_left(tmp_path, mo
     assert {file.stem for file in folder.iterdir()} == set(kept)
     monkeypatch.setattr(progress_file, "SILENT", -1.0)
     of_process(tmp_path, {})
-    assert not list(folder.iterdir())
+    assert not folder.exists()
 
 
 # --- runs ------------------------------------------------------------------------------------------------------------
@@ -250,6 +251,27 @@ def test_jobs_that_share_a_study_are_added_up(tmp_path):
     (folder / "progress" / "c.json").write_text('{"done": 7')  # half written
     seen = watched(folder)
     assert (seen.state, seen.done, seen.total, len(seen.parts)) == ("running", 5, 16, 8)
+
+
+def test_processes_that_do_the_same_cases_are_not_added_up(tmp_path):
+    folder = study_folder(tmp_path / "s", **TOLD, shard=[0, 1])
+    for name, shard in (("b", [0, 1]), ("c", [1, 2])):
+        other = {"process": this_process(), **TOLD, "done": 3, "left": 60.0, "shard": shard}
+        (folder / "progress" / f"{name}.json").write_text(json.dumps(other))
+    seen = watched(folder)
+    assert (seen.state, seen.done, seen.total, seen.left) == ("running", 6, 16, 60.0)
+
+
+def test_a_study_that_another_process_has_finished_is_not_stopped(tmp_path):
+    """One of two processes that do the same cases was killed; one that does others was, too, and is still told of."""
+    tiny_study().run(tmp_path / "s", workers=1, progress=False)
+    for shard in ([0, 1], [1, 2]):
+        folder = study_folder(tmp_path / "_", **TOLD | {"process": dead()}, shard=shard)
+        (folder / "progress").rename(tmp_path / "s" / "progress")
+        shutil.rmtree(folder)
+        assert watched(tmp_path / "s").state == "stopped"
+        tiny_study().run(tmp_path / "s", workers=1, progress=False)
+        assert watched(tmp_path / "s").state == ("finished" if shard == [0, 1] else "stopped")
 
 
 def test_names_are_cut_to_the_width_of_the_terminal(tmp_path):

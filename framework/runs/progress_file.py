@@ -77,14 +77,21 @@ class ProgressFile:
             self.file.parent.rmdir()  # where no other process has a file
 
 
+def forget_ended(folder: Path, **of: Any) -> None:
+    """Remove what processes have left in the folder of a study that have ended; of those that told of this alone."""
+    for file in (folder / FOLDER).glob("*.json"):
+        told = read(file)
+        ended = told is None or told.get("status") or lives(told.get("process")) is False or silent(file) > SILENT
+        if ended and all((told or of).get(name) == value for name, value in of.items()):
+            with contextlib.suppress(OSError):
+                file.unlink()
+                file.parent.rmdir()  # where no other process has a file
+
+
 def of_process(folder: Path, about: Mapping[str, Any]) -> ProgressFile:
     """That of this process in the folder of a study; those of processes that have ended are removed."""
     process = this_process()
-    for file in (folder / FOLDER).glob("*.json"):
-        told = read(file)
-        if told is None or told.get("status") or lives(told.get("process")) is False or silent(file) > SILENT:
-            with contextlib.suppress(OSError):
-                file.unlink()
+    forget_ended(folder)
     name = file_name(f"{process['host']}-{process['pid']}.json")
     return ProgressFile(folder / FOLDER / name, {"process": process, **about})
 

@@ -33,7 +33,7 @@ from grainlaw.runs.identity import Unknown, digest, fingerprint_of, own_modules
 from grainlaw.runs.parallel import Run
 from grainlaw.runs.plausibility import warn_of_scales
 from grainlaw.runs.progress import Progress, Shown, shown_in
-from grainlaw.runs.progress_file import ProgressFile, of_process
+from grainlaw.runs.progress_file import ProgressFile, forget_ended, of_process
 from grainlaw.runs.record import program
 from grainlaw.runs.stopping import Stop, Stopped
 from grainlaw.studies.case import FINISHED, SAME, Done, Recipe, Task, compiled
@@ -131,7 +131,8 @@ class Study(metaclass=Checked):
             with ExitStack() as stack:
                 file = whole.file if whole else None
                 if file is None and isinstance(store, Store):
-                    file = stack.enter_context(of_process(store.path, {"program": program()}))
+                    about = {"program": program(), "shard": list(turn)}
+                    file = stack.enter_context(of_process(store.path, about))
                 if file is not None:  # to compile takes long
                     file.tell(total=len(missing), **({"whole": whole.content} if whole else {}))
                 self._try_levels(missing, compile_too=on is None)
@@ -145,6 +146,8 @@ class Study(metaclass=Checked):
                 finally:
                     if isinstance(store, Store):
                         store.pack()
+        if isinstance(store, Store) and whole is None:
+            forget_ended(store.path, shard=list(turn))  # another process with these cases may have been killed
         return self._table(store)
 
     def _carry(
@@ -159,7 +162,7 @@ class Study(metaclass=Checked):
                 row = done.row
                 if row["status"] == SAME:
                     row = {**store.row(task.known[1]), "case": task.case}
-                store.write({**row, "measured": self._measured}, done.run)
+                store.write({**row, "measured": self._measured, "version": self._version}, done.run)
                 check_results(row)
                 watcher.done(task, row)
 
@@ -255,6 +258,11 @@ class Study(metaclass=Checked):
     def _measured(self) -> str:
         return digest(*(type(measure) for measure in self.measures), *self.measures)
 
+    @functools.cached_property
+    def _version(self) -> str:
+        """Of the function and of all that it uses."""
+        return digest(fingerprint_of(self.case))
+
     def _cases(self) -> Iterator[tuple[str, Factors]]:
         """All cases in their order: key and factors.
 
@@ -289,29 +297,50 @@ def read_study(folder: Folder) -> Table:
     """The table of all cases that the folder of a study has, also of one from the command line; by their factors.
 
     Of several cases with equal factors, as of a function before and after an edit, it has the last, and warns of the
-    others. :meth:`Study.table` gives those of one study in its own order. Raises :class:`ParameterError` for a folder
-    that is no store.
+    others; a factor that was added later is None in the cases before. It warns, too, where the cases are of several
+    versions of the study. :meth:`Study.table` gives those of one study in its own order. Raises
+    :class:`ParameterError` for a folder that is no store.
     """
     store = Store(folder, make=False)
+    found = sorted((row for row in store.rows(store.cases()) if row is not None), key=lambda row: row.get(WRITTEN, 0))
+    names = [*dict.fromkeys(name for row in found for name in row["factors"])]
     last: dict[str, dict[str, Any]] = {}
-    older = 0
-    for row in store.rows(store.cases()):
-        if row is not None:
-            factors = json.dumps(row["factors"], sort_keys=True)
-            older += factors in last
-            if factors not in last or last[factors].get(WRITTEN, 0) <= row.get(WRITTEN, 0):
-                last[factors] = row
-    if older:
-        words = f"{store.path}: {older} cases are left out, whose factors a later one has: of the study before an edit"
+    for row in found:
+        factors = {name: row["factors"].get(name) for name in names}
+        last[json.dumps(factors, sort_keys=True)] = {**row, "factors": factors}
+    with_more: dict[str, list[dict[str, Any]]] = {}
+    for row in last.values():
+        with_more.setdefault(row["run"], []).append(row["factors"])
+    rows = [
+        row for row in last.values()
+        if not (row["run"] and any(_has_more(other, row["factors"]) for other in with_more[row["run"]]))
+    ]  # fmt: skip
+    if len(rows) < len(found):
+        words = (
+            f"{store.path}: {len(found) - len(rows)} cases are left out, whose factors a later one has: of the study "
+            "before an edit"
+        )
         warnings.warn(words, stacklevel=3)
-    rows = list(last.values())
-    names = [*dict.fromkeys(name for row in rows for name in row["factors"])]
+    versions = Counter(row.get("version") for row in rows)
+    if len(versions) > 1:
+        counts = ", ".join(map(str, versions.values()))
+        words = (
+            f"{store.path}: the cases are of {len(versions)} versions of the study ({counts}), whose specimens, laws "
+            "or tests may differ: Study.table, or grainlaw study report, has those of one"
+        )
+        warnings.warn(words, stacklevel=3)
 
-    def place(row: Mapping[str, Any]) -> list[tuple[Any, ...]]:
-        levels = (row["factors"].get(name, "") for name in names)  # what is None, numbers, texts
-        return [(each is not None, isinstance(each, str), 0 if each is None else each) for each in levels]
+    def place(row: Mapping[str, Any]) -> list[tuple[Any, ...]]:  # what is None, numbers, texts
+        return [
+            (each is not None, isinstance(each, str), 0 if each is None else each) for each in row["factors"].values()
+        ]
 
     return Table(sorted(rows, key=place), names, store)
+
+
+def _has_more(factors: Mapping[str, Any], of: Mapping[str, Any]) -> bool:
+    """Whether levels are those ``of`` a case, with one more: of a factor that was added later."""
+    return factors != of and all(level is None or factors[name] == level for name, level in of.items())
 
 
 def _check_measures(measures: Sequence[Measure], factors: Iterable[str]) -> None:

@@ -6,10 +6,11 @@ No lock is taken, and a file that is missing or half written is no error: the ne
 from __future__ import annotations
 
 import csv
+import json
 import math
 import os
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -235,7 +236,7 @@ def _study(path: Path, store: Path) -> Watched:
     order = (RUNNING, UNKNOWN, STOPPED)
     state, reason, told = min(states, key=lambda each: order.index(each[0]))
     wholes = [each[2]["whole"] for each in states if isinstance(each[2].get("whole"), Mapping)]
-    counted = wholes or [each[2] for each in states]
+    counted = wholes or _once_each([each[2] for each in states])
     done, total = (int(sum(_number(each.get(key)) for each in counted)) for key in ("done", "total"))
     left = max(_number(each.get("left")) for each in counted) if state == RUNNING else 0.0
     return Watched(
@@ -243,6 +244,16 @@ def _study(path: Path, store: Path) -> Watched:
         done, total, tuple(parts), reason, _again(told) if state == STOPPED else "",
         tuple(str(words) for each in wholes for words in each.get("said") or ()),
     )  # fmt: skip
+
+
+def _once_each(told: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Of processes that carry out the same cases, the one that is farthest; others by their own parts of a study."""
+    found: dict[str, Mapping[str, Any]] = {}
+    for number, each in enumerate(told):
+        key = json.dumps(each.get("shard", number))
+        if key not in found or _number(each.get("done")) > _number(found[key].get("done")):
+            found[key] = each
+    return list(found.values())
 
 
 def _case(told: Mapping[str, Any], whole: str) -> Part:
