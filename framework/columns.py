@@ -95,6 +95,7 @@ def cracks(curves: Mapping[str, np.ndarray]) -> np.ndarray:
 
 STRAIN, STRESS, STRESS_TOP, STRESS_BOTTOM = "strain", "stress", "stress_top", "stress_bottom"
 LATERAL_STRAIN, VOLUMETRIC_STRAIN, DEVIATOR = "lateral_strain", "volumetric_strain", "deviator"
+NOISE = "noise"  #: Pa, standard deviation of the load of a record of a laboratory; not in a run
 
 #: pictures, comparisons, thresholds and moduli look for them
 BETWEEN_ENDS = (

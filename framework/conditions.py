@@ -126,7 +126,7 @@ class Fails(Condition):
 
 @attrs.frozen
 class Lasts(Condition):
-    """The stage has gone on for a time."""
+    """The stage has gone on for a time; it ends at the first sample from then on, up to one interval later."""
 
     duration: float = parameter("s", above=0)  #: of this stage
 

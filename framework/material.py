@@ -161,6 +161,11 @@ def knows_temperature(material: Material) -> bool:
     return any("temperature" in material_arguments(material, method) for method in ("stress", "energy"))
 
 
+def knows_time(material: Material) -> bool:
+    """Whether a material depends on the time that passes."""
+    return "time_step" in material_arguments(material, "stress")
+
+
 def material_memory(material: Material) -> tuple[str, ...]:
     """Names of a material's memory. Raises :class:`ParameterError` as :func:`material_arguments` does.
 

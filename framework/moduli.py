@@ -9,7 +9,7 @@ import numpy as np
 from grainlaw.columns import LATERAL_STRAIN, STAGE, STRAIN, STRESS
 from grainlaw.material import Material, Plane
 from grainlaw.specimen import Specimen
-from grainlaw.strength import FALL, borne, stage_begins
+from grainlaw.strength import FALL, borne, noise_of, stage_begins
 
 LOW, HIGH = 0.2, 0.5  #: of the strength: between them moduli are found
 
@@ -73,7 +73,7 @@ def elastic_moduli(
     and ``apparent_poisson`` are those of the plane problem; ``modulus`` and ``poisson`` are converted from plane
     strain, nu = nu*/(1 + nu*), E = E* (1 - nu^2), or equal to them in plane stress and without a specimen.
     """
-    stress, found = curves[load], borne(curves[load], curves[STRAIN], curves[STAGE])
+    stress, found = curves[load], borne(curves[load], curves[STRAIN], curves[STAGE], noise_of(curves))
     chosen = np.array([], dtype=int)
     if found is not None:
         _, path = on_path(stress, curves[STRAIN], curves[STAGE], found.at)

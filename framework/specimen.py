@@ -91,6 +91,7 @@ class Specimen(metaclass=Checked):
     cite: tuple[str, ...] = ()  #: works that the rock is taken from: results and their files say them
 
     def __attrs_post_init__(self) -> None:
+        self.grains.check()
         check_known("Specimen: tied", self.tied, self.grains)
         for name in self.slits:
             if name not in self.grains.joints:
@@ -109,6 +110,12 @@ class Specimen(metaclass=Checked):
             if missing:
                 names = ", ".join(map(self.grains.phase_name, missing))
                 raise ParameterError(f"Specimen: material has no entry for the phases {names} of the grains")
+        for own, _ in self.materials:
+            if not hasattr(own, "density"):
+                raise ParameterError(
+                    f"Specimen: material: {type(own).__name__} has no density; declare one: density: float = "
+                    'gl.parameter("kg/m3")'
+                )
         if len(planes := {own.plane for own, _ in self.materials if isinstance(own, Material)}) > 1:
             found = " and ".join(sorted(f"plane {plane.name.lower()}" for plane in planes))
             raise ParameterError(f"Specimen: material: there are grains in {found}, they must be all in one")

@@ -17,6 +17,7 @@ from grainlaw.geometry.cells.convex import Polygon, polygon_of, split
 from grainlaw.geometry.cells.sides import is_convex, turns
 from grainlaw.geometry.region import check_sizes, polygon, rectangle
 from grainlaw.geometry.regular import Bricks
+from grainlaw.messages import refusal
 from grainlaw.polygon import following
 from grainlaw.region import ROUNDING, Region
 from grainlaw.tessellation import LOOSE, Tessellation
@@ -183,8 +184,9 @@ def renamed(grains: Tessellation, names: Mapping[str, str]) -> Tessellation:
 
 @checked
 def between_platens(
-    grains: Tessellation, thickness: float, overhang: float = 0.0, phase: int = 1, columns: int = 1, rigid: bool = False
-) -> Tessellation:
+    grains: Tessellation, thickness: float, overhang: float = 0.0, phase: int | str | None = None, columns: int = 1,
+    rigid: bool = False,
+) -> Tessellation:  # fmt: skip
     """Grains between two platens (m) that touch the box round it, above and below, as bodies of their own.
 
     Boundaries top and bottom become the outer sides of the platens, so that tests load through them; those of the
@@ -192,7 +194,8 @@ def between_platens(
     ends platen_side: such platens bend and shorten, as only their outer sides are driven. A ``rigid`` platen has all
     its sides in the boundary top, or bottom, so that its whole rim is driven and keeps its shape; only the middles of
     its bricks are free. Platens are as wide as the grains and an ``overhang`` on either side, each of ``columns``
-    bonded bricks, and of a mineral phase of their own. Steel and rock meet by the law between their phases::
+    bonded bricks, and of a mineral ``phase`` of their own: a number, unless given 1, or where phases have names a name,
+    unless given "platen". Steel and rock meet by the law between their phases::
 
         grains = Voronoi(grains=500).tessellate(rectangle(0.05, 0.1))
         specimen = gl.Specimen(between_platens(grains, 0.02, columns=4), {0: rock, 1: steel})
@@ -203,7 +206,15 @@ def between_platens(
     """
     check_sizes("between_platens", thickness=thickness)
     check_sizes("between_platens", zero=True, overhang=overhang)
-    phase = checked_whole_number("between_platens: phase", phase, at_least=0)
+    if grains.phase_names:
+        phase = "platen" if phase is None else phase
+        if not isinstance(phase, str) or phase in grains.phase_names:
+            wanted = f"a name of their own, as the phases of these grains have ({', '.join(grains.phase_names)})"
+            raise refusal("between_platens: phase", phase, wanted)
+        of_platens: dict[str, Any] = {"phase_names": (phase,)}
+    else:
+        number = checked_whole_number("between_platens: phase", 1 if phase is None else phase, at_least=0)
+        of_platens = {"phase": np.full(columns, number)}
     low = np.min([region.bounds[0] for region in grains.regions], axis=0)
     high = np.max([region.bounds[1] for region in grains.regions], axis=0)
     left, right = low[0] - overhang, high[0] + overhang
@@ -211,8 +222,7 @@ def between_platens(
     def platen(bottom: float, top: float, outer: str, *sides: str) -> Tessellation:
         sides = (outer,) * 4 if rigid else sides
         region = Region(np.array([(left, bottom), (right, bottom), (right, top), (left, top)]), sides)
-        made: Any = Bricks(rows=1, columns=columns).tessellate(region)
-        return attrs.evolve(made, phase=np.full(made.count, phase))
+        return attrs.evolve(Bricks(rows=1, columns=columns).tessellate(region), **of_platens)
 
     return side_by_side(
         renamed(grains, {"top": "rock_top", "bottom": "rock_bottom"}),

@@ -7,6 +7,7 @@ import ctypes
 import io
 import os
 import threading
+import warnings
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -19,8 +20,8 @@ from grainlaw.geometry.cells.assembling import checked_merge, tessellation_of
 from grainlaw.geometry.cells.outline import Names
 from grainlaw.geometry.cells.shared_edges import cleaned, merged
 from grainlaw.geometry.sizes import Graded
-from grainlaw.messages import nearest, short
-from grainlaw.polygon import areas_and_centroids
+from grainlaw.messages import nearest, short, users_line
+from grainlaw.polygon import areas_and_centroids, following
 from grainlaw.tessellation import Tessellation
 
 CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}  #: of kinds of elements
@@ -71,12 +72,13 @@ def from_mesh(
     nodes, corners = np.unique(named, return_inverse=True)
     size = float(np.median(np.sqrt(abs(areas_and_centroids(points[nodes][corners], first)[0]))))
     vertices, number = merged(points[nodes], CLOSE * size)
+    lines = _boundaries(mesh, dict(zip(nodes.tolist(), number.tolist(), strict=True)))
+    _warn_of_inner(where, lines, number[corners], first)
     phase, names = _phases(where, mesh, chosen, phase_data)
     parent = None if grain_data is None else _data(where, mesh, chosen, grain_data)
     return tessellation_of(
         where, cleaned(where, vertices, number[corners], first), tolerance=CLOSE * size,
-        names=_boundaries(mesh, dict(zip(nodes.tolist(), number.tolist(), strict=True))),
-        phase=phase, phase_names=names, parent=parent, merge=merge,
+        names=lines, phase=phase, phase_names=names, parent=parent, merge=merge,
     )  # fmt: skip
 
 
@@ -151,6 +153,19 @@ def _boundaries(mesh: Any, vertex: dict[int, int]) -> Names:
                 a, b = sorted((vertex[i], vertex[j]))
                 found[a, b] = named[tag]
     return found
+
+
+def _warn_of_inner(where: str, lines: Names, corners: np.ndarray, first: np.ndarray) -> None:
+    """Warn of physical groups of lines that have elements on both sides, as of a fault: they do not become joints."""
+    ends = np.sort(np.column_stack([corners, corners[following(first)]]), axis=1)
+    pairs, times = np.unique(ends, axis=0, return_counts=True)
+    inside = dict.fromkeys(map(tuple, pairs[times > 1].tolist()))
+    if found := sorted({name for edge, name in lines.items() if edge in inside}):
+        warnings.warn(
+            f"{where}: the physical groups of lines {', '.join(found)} lie between elements: they name no boundary and "
+            "are left out; Jointed(...) cuts grains along traces",
+            stacklevel=users_line(),
+        )
 
 
 @checked

@@ -181,10 +181,12 @@ def write_tess(grains: Tessellation, file: str | os.PathLike[str], *, unit: floa
 
     Phases are groups, with the numbers that their names are, or else numbers from 1; a grain of several cells is one
     cell of the first of two scales. Raises :class:`~grainlaw.fields.ParameterError` for several bodies, loose
-    grains and holes, which the format does not know, OSError.
+    grains, joints and holes, which the format does not know, OSError.
     """
     unit = checked_number("write_tess: unit", unit, "m", above=0)
-    for fault, found in (("several bodies", grains.bodies), ("loose grains", grains.loose.any())):
+    joints = bool(grains.joints) and any(map(len, grains.joints.values()))
+    faults = ("several bodies", grains.bodies), ("loose grains", grains.loose.any()), ("joints or cracks", joints)
+    for fault, found in faults:
         if found:
             raise ParameterError(f"write_tess: grains have {fault}, a tessellation file has none")
     if grains.region.holes:

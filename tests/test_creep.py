@@ -285,6 +285,17 @@ def test_what_is_refused(make, message):
         make()
 
 
+def test_grains_that_would_stand_still_are_refused():
+    @attrs.frozen(kw_only=True)
+    class Flowing(gl.Elastic):
+        def stress(self, exx, eyy, exy, time_step):
+            return self.youngs_modulus * exx, self.youngs_modulus * eyy, self.youngs_modulus * exy
+
+    flowing = Flowing(youngs_modulus=60e9, poissons_ratio=0.25, density=2700)
+    with pytest.raises(gl.ParameterError, match=r"Flowing.stress takes time_step, and time passes in jumps for bonds"):
+        gl.simulate(small_sample(12, material=flowing), AGEING, CREEP, threads=1)
+
+
 def test_a_law_that_does_not_age_is_refused():
     with pytest.raises(gl.ParameterError, match=r"no bond ages.*StaticFatigue"):
         gl.simulate(small_sample(12), SOFT, CREEP, threads=1)

@@ -69,7 +69,7 @@ def test_energy_that_contacts_have_made_is_the_most_of_a_frame():
 )
 def test_energy_that_contacts_have_given_back(law, works, replaced, expected):
     state = SimpleNamespace(
-        model=SimpleNamespace(laws=law), bonds=SimpleNamespace(work=np.array(works, float)),
+        model=SimpleNamespace(of_bonds=[law]), bonds=SimpleNamespace(work=np.array(works, float)),
         contact_lengths=np.array([1.0, 2.0]), replaced=np.array([replaced]),
     )  # fmt: skip
     assert energy_returned(LEDGER, state) == pytest.approx(expected)

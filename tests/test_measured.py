@@ -100,6 +100,30 @@ def test_kinks_of_a_measured_curve_are_where_they_were_put(form, tmp_path):
     assert not [name for name in found if name.startswith("apparent") or "energy" in name]
 
 
+@pytest.mark.parametrize("samples", [200, 1000, 5000])
+@pytest.mark.parametrize("noise", [0.05, 0.2, 0.5])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_noise_of_a_machine_is_no_failure(samples, noise, seed, tmp_path):
+    """MPa, of a specimen of 100 MPa; one that breaks at 60 MPa and then bears 95 again has failed at 60."""
+    chance, up = np.random.default_rng(seed), np.linspace(0, 100, samples)
+    after = np.linspace(100, 50, samples // 5)[1:]
+    broken = np.where(up < 60, up, np.maximum(up - 20, 50))
+    for load, strength, within in ((np.append(up, after), 100, 0.01), (np.append(broken, after - 20), 60, 0.03)):
+        strain = np.append(up / 500, 0.2 + np.arange(1, len(after) + 1) * 0.05 / len(after))
+        columns = [strain, load + noise * chance.standard_normal(len(load))]
+        found = gl.read_curve(write(tmp_path / "x.csv", ["strain (%);stress (MPa)"], columns)).summary
+        assert found["strength"] == pytest.approx(strength * MPa, rel=within)
+        assert found["modulus"] == pytest.approx(50e9, rel=0.05)  # three standard errors of 36 samples
+
+
+def test_steps_of_a_machine_are_no_failure(tmp_path):
+    """A load in whole MPa, of 2,000 samples."""
+    up, after = np.linspace(0, 100, 2001), np.linspace(100, 50, 200)
+    columns = [np.append(up / 500, 0.2 + after[::-1] / 1000), np.round(np.append(up, after))]
+    found = gl.read_curve(write(tmp_path / "x.csv", ["strain (%);stress (MPa)"], columns)).summary
+    assert found["strength"] == 100 * MPa
+
+
 def test_what_was_guessed_is_said(tmp_path):
     file = write(
         tmp_path / "lab.csv",

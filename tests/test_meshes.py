@@ -50,6 +50,16 @@ def test_elements_with_one_number_are_the_cells_of_one_grain(tmp_path):
     assert from_mesh(file, phase_data="gmsh:geometrical").phase_names == ("7", "8")
 
 
+def test_lines_between_elements_are_told(tmp_path):
+    """The edge between both triangles is in the group of the bottom."""
+    file = mixed(tmp_path, **GROUPS)
+    text = file.read_text().replace("1 1 2 5 1 1 2", "1 1 2 5 1 1 5")
+    assert text != file.read_text()
+    file.write_text(text)
+    with pytest.warns(UserWarning, match="the physical groups of lines base lie between elements: they name no bound"):
+        from_mesh(file)
+
+
 def test_meshes_of_other_programs(tmp_path):
     """Without groups; two parts with nodes of their own, one with a node on an edge of the other."""
     points = [(0, 0), (1, 0), (1, 1), (0, 1), (1, 0), (2, 0), (2, 1), (1, 1), (1, 0.5)]

@@ -12,7 +12,19 @@ from tess_files import GROUPS, ORIENTED, PERIODIC, SCALES, tess
 from tiling import BEAM, assert_tiles
 
 from grainlaw.fields import ParameterError
-from grainlaw.geometry import Bricks, Voronoi, apart, disc, moved, polygon, read_tess, rectangle, together, write_tess
+from grainlaw.geometry import (
+    Bricks,
+    Cracked,
+    Voronoi,
+    apart,
+    disc,
+    moved,
+    polygon,
+    read_tess,
+    rectangle,
+    together,
+    write_tess,
+)
 
 pytestmark = pytest.mark.filterwarnings("ignore::grainlaw.geometry.SliverWarning")
 
@@ -209,6 +221,9 @@ def test_what_the_format_does_not_know_is_not_written(tmp_path):
         write_tess(together(grains, moved(grains, by=(9, 0))), tmp_path / "x.tess")
     with pytest.raises(ParameterError, match="loose grains"):
         write_tess(apart(grains, 1e-3), tmp_path / "x.tess")
+    cracked = Cracked(Voronoi(grains=12), share=0.3).tessellate(rectangle(1, 1))
+    with pytest.raises(ParameterError, match="joints or cracks"):
+        write_tess(cracked, tmp_path / "x.tess")
     with pytest.raises(ParameterError, match="holes"):
         write_tess(Voronoi(grains=30).tessellate(plate), tmp_path / "x.tess")
     assert not (tmp_path / "x.tess").exists()

@@ -1,6 +1,7 @@
 """Tests of one's own: what they may say, what they are told, and how they end."""
 
 import json
+import math
 import warnings
 from types import SimpleNamespace
 
@@ -10,6 +11,8 @@ import pytest
 from support import BRITTLE, small_sample
 
 import grainlaw as gl
+from grainlaw.conditions import Condition
+from grainlaw.loading import Loading
 from grainlaw.protocols import failure_summary
 from grainlaw.results.certificate import doubts, has_failed
 from grainlaw.results.means import mean_and_range
@@ -30,6 +33,77 @@ class Pulled(gl.LoadingProtocol):
 
     def summary(self, curves, specimen):
         return {}
+
+
+# --- what may not be right -------------------------------------------------------------------------------------------
+
+
+@attrs.frozen(kw_only=True)
+class Careful(Pulled):
+    """Pulls by a loading, until a condition."""
+
+    loading: Loading = gl.Constant(speed=0.1)
+    until: Condition = gl.conditions.Lasts(1e-5)
+
+    def stages(self, specimen):
+        drives = [gl.loads.Drive(boundary="top", axis=1, speed=1.0), BOTTOM]
+        return [
+            gl.Stage(name="pull", loads=drives, until=[self.until], interval=1e-7, loading=self.loading, expected=9)
+        ]
+
+
+@pytest.mark.parametrize(
+    ("answer", "words"),
+    [
+        ((math.nan, False), r"Given.next gave \(nan, False\), it must be a finite speed above 0 and whether"),
+        ((0.0, False), r"gave \(0\.0, False\)"), (1.0, "Given.next gave 1.0"), (None, "Given.next gave None"),
+        ((0.1, True), "Given.next has asked for the sample again 200 times: what it does must come to an end"),
+    ],
+)  # fmt: skip
+def test_a_loading_that_gives_no_speed_is_told(answer, words):
+    @attrs.frozen(kw_only=True)
+    class Given(Loading):
+        def first(self, pace):
+            return 0.1
+
+        def next(self, pace):
+            return answer
+
+        def slower(self):
+            return self
+
+    with pytest.raises(gl.StageError, match=words):
+        gl.simulate(small_sample(12), BRITTLE, Careful(loading=Given()))
+
+
+@pytest.mark.parametrize(
+    ("progress", "words"),
+    [
+        (lambda curves: None, "Given.progress gave None, it must be a number: 1 and more where the stage ends"),
+        (lambda curves: math.nan, "Given.progress gave nan"),
+        (lambda curves: curves["strian"][-1], "Given.progress takes the column 'strian', there are: time, step"),
+        (lambda curves: 1 / 0, "Given.progress: ZeroDivisionError"),
+    ],
+)
+def test_a_condition_that_gives_no_number_is_told(progress, words):
+    given = type("Given", (Condition,), {"progress": lambda self, curves: progress(curves)})()
+    with pytest.raises(gl.StageError, match=words):
+        gl.simulate(small_sample(12), BRITTLE, Careful(until=given))
+
+
+def test_an_integrator_that_goes_back_in_time_is_refused():
+    back = type("Back", (gl.integration.CentralDifference,), {"stable_step": lambda self, frequency: -1.0})()
+    with pytest.raises(gl.ParameterError, match=r"Back.stable_step = -1.0 is not allowed, it must be a time above 0"):
+        gl.simulate(small_sample(12), BRITTLE, Pulled(), integrator=back)
+
+
+def test_an_observer_cannot_change_what_is_recorded():
+    class Meddles(gl.Observer):
+        def observe(self, state, curves, stage, progress):
+            curves["time"][:] = -5
+
+    with pytest.raises(ValueError, match="read-only"):
+        gl.simulate(small_sample(12), BRITTLE, Pulled(), observers=[Meddles()])
 
 
 # --- names ------------------------------------------------------------------------------------------------------------

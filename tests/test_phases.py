@@ -13,6 +13,7 @@ from grainlaw.engine.model import laws_of_bonds
 from grainlaw.geometry import Bricks, moved, rectangle, together
 from grainlaw.laws import Linear, MohrCoulomb, WeibullField
 from grainlaw.protocols import UniaxialTension
+from grainlaw.tessellation import TilingError
 
 A, B, C, D, E = (Linear(kn=k * 1e13, ks=1e13) for k in range(1, 6))
 LAWS = {
@@ -196,3 +197,17 @@ def test_scattered_strength_follows_the_keys():
     laws = field.scatter({"bedding": BRITTLE, ("inside", "quartz"): BRITTLE, ("mica", ...): BRITTLE}, specimen)
     found = [law.tensile_strength for law in laws.values()]
     assert [row.tolist() for row in found] == [[13e6 * f] * 2 for f in field.factors(specimen)]
+
+
+def test_a_specimen_checks_its_grains_and_their_density():
+    """Of two bricks one has a corner within the other; a material that says no density."""
+    sound = Bricks(rows=1, columns=2).tessellate(rectangle(2, 1))
+    assert gl.Specimen(sound, ROCK).grains is sound
+    elsewhere = sound.vertices + 0.2 * (np.arange(len(sound.vertices)) == sound.corners[1])[:, None]
+    with pytest.raises(TilingError):
+        gl.Specimen(attrs.evolve(sound, vertices=elsewhere), ROCK)
+    light = type(
+        "Light", (gl.Material,), {name: getattr(gl.Elastic, name) for name in ("stiffness", "stress", "energy")}
+    )
+    with pytest.raises(gl.ParameterError, match="Light has no density; declare one: density: float"):
+        gl.Specimen(sound, light())

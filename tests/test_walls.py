@@ -8,7 +8,7 @@ from support import ROCK
 from tiling import SQUARE, lengths, polygon_of
 
 import grainlaw as gl
-from grainlaw.geometry import Voronoi, between_platens, block, disc, rectangle, wall
+from grainlaw.geometry import Minerals, Voronoi, between_platens, block, disc, rectangle, wall
 from grainlaw.protocols import Brazilian, UniaxialCompression
 from grainlaw.protocols.measures import size
 
@@ -84,6 +84,17 @@ def test_platens_touch_a_disc_at_its_flats() -> None:
     inner, outer = (at[grains.edges.side == grains.boundary_names.index(name)] for name in ("platen_top", "rock_top"))
     assert set(inner.tolist()) == set(outer.tolist()) == {0.025 * np.cos(np.radians(10))}
     assert Brazilian().stages(gl.Specimen(grains, {0: ROCK, 2: ROCK}))
+
+
+def test_platens_have_a_name_beside_named_minerals() -> None:
+    sample = Minerals(Voronoi(grains=20), {"quartz": 0.5, "mica": 0.5}).tessellate(rectangle(1, 1))
+    grains = between_platens(sample, 0.1, columns=2)
+    assert grains.phase_names == ("quartz", "mica", "platen")
+    assert grains.phase[20:].tolist() == [2] * 4
+    assert between_platens(sample, 0.1, phase="steel").phase_names[2:] == ("steel",)
+    for taken in ("mica", 1):
+        with pytest.raises(gl.ParameterError, match=r"phase = .* must be a name of their own, as the phases of these"):
+            between_platens(sample, 0.1, phase=taken)
 
 
 @pytest.mark.parametrize("change", [{"thickness": 0}, {"overhang": -1}, {"phase": 0.5}])

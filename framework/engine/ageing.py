@@ -13,6 +13,7 @@ from grainlaw.engine.dissipation import stored
 from grainlaw.engine.parts.laws import LawGroup
 from grainlaw.engine.state import State
 from grainlaw.fields import ParameterError
+from grainlaw.material import Material, knows_time
 from grainlaw.memory import SCALARS
 from grainlaw.stage import RESTS, Ageing, Stage
 
@@ -23,8 +24,16 @@ NEARLY = 0.9  #: of the largest growth: near enough
 
 
 def check_ageing(state: State, stages: Sequence[Stage]) -> None:
-    """Raise :class:`ParameterError` for a stage in which time passes, if no bond ages."""
-    if any(stage.ageing for stage in stages) and not list(_ageing(state)):
+    """Raise :class:`ParameterError` for a stage in which time passes, if no bond ages or a material has to, too."""
+    if not any(stage.ageing for stage in stages):
+        return
+    for material, _ in state.specimen.materials:
+        if isinstance(material, Material) and knows_time(material):
+            raise ParameterError(
+                f"ageing: {type(material).__name__}.stress takes time_step, and time passes in jumps for bonds alone: "
+                "such grains would not creep in them; take a material without it"
+            )
+    if not list(_ageing(state)):
         raise ParameterError(
             f"ageing: no bond ages, give them a law that takes time_step and has a {FATIGUE} in its memory, such as "
             "StaticFatigue"

@@ -13,6 +13,7 @@ from grainlaw.engine.parts.laws import LawGroup, by_interface
 from grainlaw.engine.stability import highest_frequency, scale_masses, stiffness_matrix, touching_stiffness
 from grainlaw.engine.state import State
 from grainlaw.integration import Integrator
+from grainlaw.messages import refusal
 from grainlaw.polygon import linked
 
 AHEAD = 1.2  #: reserve of stiffness when the step is shortened, so that this is rare
@@ -74,7 +75,9 @@ class StableStep:
         detection, groups = self.state.contacts.detection, (*self.state.bonds.groups, *self.state.contacts.groups)
         damping = 0.0 if detection is None else detection.damping
         damping += max((group.law.retardation_time for group in groups), default=0.0) * frequency / 2
-        return integrator.stable_step(frequency) * (math.sqrt(1 + damping**2) - damping)
+        if not (step := integrator.stable_step(frequency)) > 0:
+            raise refusal(f"{type(integrator).__name__}.stable_step", step, "a time above 0 (s)")
+        return step * (math.sqrt(1 + damping**2) - damping)
 
     def save(self) -> dict[str, Any]:
         """What the step goes by."""

@@ -14,7 +14,17 @@ import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked, checked, is_number
-from grainlaw.columns import DEVIATOR, LATERAL_STRAIN, STAGE, STRAIN, STRESS, TIME, VOLUMETRIC_STRAIN, quantity_of
+from grainlaw.columns import (
+    DEVIATOR,
+    LATERAL_STRAIN,
+    NOISE,
+    STAGE,
+    STRAIN,
+    STRESS,
+    TIME,
+    VOLUMETRIC_STRAIN,
+    quantity_of,
+)
 from grainlaw.fields import (
     STRENGTHS,
     ParameterError,
@@ -29,7 +39,7 @@ from grainlaw.quantity import Quantity
 from grainlaw.results.result import Curves, Named
 from grainlaw.results.text_table import TextColumn, in_si, read_table, unit_of
 from grainlaw.results.thresholds import Path, path_to_peak
-from grainlaw.strength import borne_in, strength_of
+from grainlaw.strength import borne_in, measured_noise, strength_of
 from grainlaw.unit_text import dimension
 
 if TYPE_CHECKING:
@@ -291,6 +301,7 @@ class _Reading:
             curves[STRESS], curves[DEVIATOR] = (load + confinement, load) if is_deviator else (load, load - confinement)
             if not curves[DEVIATOR].max() > 0:
                 raise refusal(f"{self.where}: confinement", confinement, "below the largest axial stress (Pa)")
+        curves[NOISE] = np.full(len(load), measured_noise(load[: peak + 1]))
         if TIME in self.chosen:
             column = self.chosen[TIME]
             unit = self.units[TIME] or column.unit or "s"

@@ -23,14 +23,14 @@ from grainlaw.columns import (
     misspelt,
     require,
 )
-from grainlaw.conditions import StageError
+from grainlaw.conditions import Condition, StageError
 from grainlaw.engine import ageing
 from grainlaw.engine.diagnosis import fastest, first_fault
 from grainlaw.engine.ledger import ROUNDING, energies, least_work, motion, unbalanced
 from grainlaw.engine.state import State
 from grainlaw.engine.stepping import InstabilityError
 from grainlaw.fields import ParameterError
-from grainlaw.messages import enumeration, refusal, users_line
+from grainlaw.messages import enumeration, refusal, short, users_line
 from grainlaw.observation import Observer
 from grainlaw.protocol import LoadingProtocol
 from grainlaw.results.frames import Frame, FrameClock, take_frame
@@ -88,6 +88,22 @@ def measured_by(protocol: LoadingProtocol, state: State) -> Mapping[str, float]:
     return found
 
 
+def _progress(condition: Condition, curves: Mapping[str, np.ndarray], stage: Stage) -> float:
+    """How far a stage is by a condition. Raises :class:`StageError` where that fails, or gives no number."""
+    where = f"stage '{stage.name}': {type(condition).__name__}.progress"
+    try:
+        found = condition.progress(curves)
+    except (ParameterError, StageError):
+        raise
+    except KeyError as error:
+        raise StageError(f"{where} takes the column {error}, there are: {', '.join(curves)}") from error
+    except Exception as error:  # of a user
+        raise StageError(f"{where}: {type(error).__name__}: {error}") from error
+    if found is None or np.ndim(found) or np.isnan(found):
+        raise StageError(f"{where} gave {short(found)}, it must be a number: 1 and more where the stage ends")
+    return float(found)
+
+
 class CurveTable:
     """Rows of named numbers, kept as arrays that grow."""
 
@@ -107,8 +123,11 @@ class CurveTable:
         self.count += 1
 
     def since(self, first: int) -> dict[str, np.ndarray]:
-        """The rows from number ``first`` on."""
-        return {name: column[first : self.count] for name, column in self._table.items()}
+        """The rows from number ``first`` on, to be read alone."""
+        found = {name: column[first : self.count] for name, column in self._table.items()}
+        for column in found.values():
+            column.flags.writeable = False
+        return found
 
     def fill(self, curves: Mapping[str, np.ndarray]) -> None:
         """Take whole columns of equal length in place of all rows. Raises ValueError for others."""
@@ -238,7 +257,7 @@ class Execution:
                     f"stage '{stage.name}' waits for {end}, and {type(self.protocol).__name__}.measure gave nan for "
                     f"{enumeration(absent)}"
                 )
-        progress = max(condition.progress(seen) for condition in stage.ends)
+        progress = max(_progress(condition, seen, stage) for condition in stage.ends)
         if self.folder is not None:  # curves before pictures, which take more room
             self.folder.sample(self.columns.since(0), self.state)
         shown = min(max(progress, self._loaded(stage)), 1.0)
@@ -274,7 +293,7 @@ class Execution:
         return {**curves, STAGE_TIME: curves[TIME] - self.state.began}
 
     def _ends_test(self, stage: Stage) -> bool:
-        return any(condition.progress(self._seen_by_conditions()) >= 1 for condition in stage.ends_test)
+        return any(_progress(condition, self._seen_by_conditions(), stage) >= 1 for condition in stage.ends_test)
 
     def _refuse_idle(self, stage: Stage) -> None:
         """Raise StageError where nothing is imposed on a specimen that has never moved, and its test sees no change."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import attrs
 import numpy as np
@@ -18,6 +19,7 @@ from grainlaw.engine.static_load import bring_under_load
 from grainlaw.integration import Integrator
 from grainlaw.loading import RECENT, AccuracyError, Loading, Pace
 from grainlaw.loads import Heat
+from grainlaw.messages import short
 from grainlaw.stage import Stage
 
 FADING = 5  #: periods of the steady motion, in which energy that was released fades by 1/e
@@ -34,6 +36,7 @@ SOFT = 0.2
 SHORT = 0.004  #: of the way so far: between two times that a motion is settled
 SLIDES = 0.01  #: of the slip: so much of it that the stiffness does not explain
 MOST = 10  #: pieces of a sample for it; times that a sample is as long as the one before
+REPEATS = 200  #: times that a sample is done again at most: each is about half as fast as the one before
 FINE = 1 / 800  #: of the way so far: the smallest piece of a sample in which contacts are damaged
 EXACT = 1e-7  #: to which the static solution is rounded, so that it does not depend on how it was solved
 
@@ -79,6 +82,7 @@ class Loader:
         is_too_large = not len(state.bonds) or state.freedoms.arrays.mass.size > LARGEST
         self._sound = None if is_too_large else stability.sound()
         self._highest = stability.frequency  #: 1/s
+        self._repeated = 0  #: times that the present sample was done again
         self._margin: Margin | None = None  #: made when it is first asked for in a stage
 
     def begin(self, stage: Stage) -> bool:
@@ -144,10 +148,32 @@ class Loader:
             return True
         self._new = self._ask_margin(stage.loading, self._look(energies, self._state.time - began))
         try:
-            self._wanted, again = stage.loading.next(self._pace(self._new))
+            answer = stage.loading.next(self._pace(self._new))
         except AccuracyError as error:
             raise StageError(f"stage '{stage.name}': {error}") from None
+        self._wanted, again = self._checked(answer, stage)
+        self._repeated = self._repeated + 1 if again else 0
+        if self._repeated > REPEATS:
+            raise StageError(
+                f"stage '{stage.name}': {type(stage.loading).__name__}.next has asked for the sample again {REPEATS} "
+                "times: what it does must come to an end"
+            )
         return not again
+
+    @staticmethod
+    def _checked(answer: Any, stage: Stage) -> tuple[float, bool]:
+        """A speed, and whether the sample is done again. Raises :class:`StageError` for anything else."""
+        try:
+            speed, again = answer
+            fine = 0 < speed < math.inf
+        except (TypeError, ValueError):
+            fine = False
+        if not fine:
+            raise StageError(
+                f"stage '{stage.name}': {type(stage.loading).__name__}.next gave {short(answer)}, it must be a finite "
+                "speed above 0 and whether the sample is done again"
+            )
+        return float(speed), bool(again)
 
     def go_on(self, stage: Stage) -> None:
         """Take the speed that was asked for, after a sample that counts."""
