@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from typing import ClassVar
 
 import attrs
 import numpy as np
 
 from grainlaw.arguments import Checked
+from grainlaw.columns import STRAIN
 from grainlaw.fields import parameter
 from grainlaw.mesh import Mesh
 from grainlaw.once import once_each
@@ -57,6 +59,8 @@ def axial_strain_of_points(specimen: Specimen, displacement: np.ndarray) -> floa
 class Gauges(metaclass=Checked):
     """Where a test of a prism measures the strains from which moduli, CI and CD are found."""
 
+    axial: ClassVar[str] = "strain_points"  #: column with the axial strain of the moduli
+
     @abstractmethod
     def strains(self, specimen: Specimen, displacement: np.ndarray) -> tuple[float, float]:
         """Lateral and axial strain, extension positive, of the displacement (i, 2) m of the nodes."""
@@ -64,7 +68,12 @@ class Gauges(metaclass=Checked):
 
 @attrs.frozen
 class WholeSpecimen(Gauges):
-    """Width from 12 points in the middle half of each side, height from 9 points on each end, as in the paper."""
+    """Width from 12 points in the middle half of each side, height from 9 points on each end, as in the paper.
+
+    Moduli take the approach of the platens.
+    """
+
+    axial: ClassVar[str] = STRAIN
 
     def strains(self, specimen: Specimen, displacement: np.ndarray) -> tuple[float, float]:
         return lateral_strain(specimen, displacement), axial_strain_of_points(specimen, displacement)

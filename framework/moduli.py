@@ -65,13 +65,14 @@ def converted(young: float, poisson: float, specimen: Specimen | None) -> tuple[
 
 
 def elastic_moduli(
-    curves: Mapping[str, np.ndarray], specimen: Specimen | None, sign: float, load: str = STRESS
+    curves: Mapping[str, np.ndarray], specimen: Specimen | None, sign: float, load: str = STRESS, axial: str = STRAIN
 ) -> dict[str, float]:
     """Moduli by regression between 20 and 50 % of the strength in the column ``load`` (Pa), on the path to it.
 
-    ``sign`` is 1 where ``strain`` counts tension positive, -1 where it counts compression. ``apparent_modulus`` (Pa)
-    and ``apparent_poisson`` are those of the plane problem; ``modulus`` and ``poisson`` are converted from plane
-    strain, nu = nu*/(1 + nu*), E = E* (1 - nu^2), or equal to them in plane stress and without a specimen.
+    Over the strain in the column ``axial``. ``sign`` is 1 where strains count tension positive, -1 where they count
+    compression. ``apparent_modulus`` (Pa) and ``apparent_poisson`` are those of the plane problem; ``modulus`` and
+    ``poisson`` are converted from plane strain, nu = nu*/(1 + nu*), E = E* (1 - nu^2), or equal to them in plane
+    stress and without a specimen.
     """
     stress, found = curves[load], borne(curves[load], curves[STRAIN], curves[STAGE], noise_of(curves))
     chosen = np.array([], dtype=int)
@@ -81,7 +82,7 @@ def elastic_moduli(
         chosen = path[(share >= LOW) & (share <= HIGH)]
     if len(chosen) < 2:
         return dict.fromkeys(("apparent_modulus", "apparent_poisson", "modulus", "poisson"), float("nan"))
-    strain = curves[STRAIN][chosen]
+    strain = curves[axial][chosen]
     young = slope(strain, stress[chosen])
     poisson = -slope(strain, curves[LATERAL_STRAIN][chosen]) * sign
     modulus, true = converted(young, poisson, specimen)

@@ -91,7 +91,7 @@ class Specimen(metaclass=Checked):
     cite: tuple[str, ...] = ()  #: works that the rock is taken from: results and their files say them
 
     def __attrs_post_init__(self) -> None:
-        self.grains.check()
+        self.grains.check_tiling()
         check_known("Specimen: tied", self.tied, self.grains)
         for name in self.slits:
             if name not in self.grains.joints:

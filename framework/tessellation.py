@@ -263,6 +263,13 @@ class Tessellation(metaclass=Checked):
 
         Loose grains must have room in it, and neither they nor bodies may lie in each other.
         """
+        self.check_tiling()
+        if found := self.deepest_overlap():
+            one, other, depth = found
+            raise TilingError(f"grains {one} and {other} lie {depth:.3g} m in each other")
+
+    def check_tiling(self) -> None:
+        """The same without a look at whether bodies or loose grains lie in each other, as pressed ones may."""
         self._check_convex()
         key = self.corners * len(self.vertices) + self.corners[following(self.first)]
         run, times = np.unique(key, return_counts=True)
@@ -283,9 +290,6 @@ class Tessellation(metaclass=Checked):
             raise TilingError(f"grains {edges.left[e]} and {edges.right[e]} share an edge, but are of different bodies")
         for number, region in enumerate(self.regions):
             self._check_area(region, self.body == number, f" of body {number}" if self.bodies else "")
-        if found := self.deepest_overlap():
-            one, other, depth = found
-            raise TilingError(f"grains {one} and {other} lie {depth:.3g} m in each other")
 
     def deepest_overlap(self) -> tuple[int, int, float] | None:
         """The two grains that lie deepest (m) in each other, of different bodies or loose; None without such."""

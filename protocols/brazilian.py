@@ -54,7 +54,9 @@ class Brazilian(UntilFailure):
     loading: Loading = part(Loading, Adaptive(), without=HeatingRate)  #: how fast the jaws approach each other
     jaws: Platens = part(Platens, Platens.ROUGH)  #: whether the disc may slide along the jaws
     shape_factor: float = parameter("1", default=1.0)  #: of the stress in the middle: 1 for a narrow load
-    maximum_strain: float = parameter("1", default=0.005, above=0, below=0.5)  #: approach over the diameter
+    maximum_strain: float = parameter(
+        "1", default=0.005, above=0, below=0.5
+    )  #: approach of the loaded ends over their distance
     until: Until = part(Until, Until.FALL)  #: whether the test ends at the first failure
     stop_fraction: float = parameter("1", default=0.9, at_least=0, below=1)  #: of the load at which it splits
     samples: int = whole_number(default=1000, at_least=10)  #: wanted until the test ends at its limit
@@ -87,7 +89,7 @@ class Brazilian(UntilFailure):
         ]
 
     def measure(self, state: State) -> dict[str, float]:
-        """Approach of the disc's ends over the diameter, load (N/m), ``stress``, and stresses (Pa) in the middle.
+        """Approach of the loaded ends over their distance, load (N/m), ``stress``, and stresses (Pa) in the middle.
 
         The latter, across and along the load, tension positive, are means over the grains whose centroid is nearer to
         the centre than a tenth of the diameter.

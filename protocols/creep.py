@@ -23,6 +23,7 @@ from grainlaw.specimen import Specimen
 from grainlaw.stage import Ageing, Stage
 
 SAMPLES = 10  #: in the ramp
+SPAN = 0.25  #: of the time held, over which the rate of strain is a mean: strain comes in steps
 LOST = 1e-3  #: share of the strength that bonds may lose while the load is applied, in the mean
 
 
@@ -186,11 +187,11 @@ class Creep(LoadingProtocol):
 
 
 def lowest_rate(time: np.ndarray, strain: np.ndarray) -> tuple[float, float]:
-    """The lowest mean rate of strain (1/s) over a tenth of the growth of the strain, and the middle of its time (s)."""
-    if len(time) < 3 or strain[-1] <= strain[0]:
+    """The lowest mean rate of strain (1/s) over a quarter of the time, and the middle of that (s)."""
+    lasts = SPAN * (time[-1] - time[0])
+    if len(time) < 3 or strain[-1] <= strain[0] or not lasts > 0:
         return float("nan"), float("nan")
-    ends = np.linspace(strain[0], strain[-1], 11)
-    reached = time[np.searchsorted(np.maximum.accumulate(strain), ends)]  # the last end is the last strain itself
-    lasts = np.diff(reached)
-    k = int(np.argmax(lasts))
-    return float((ends[1] - ends[0]) / lasts[k]) if lasts[k] > 0 else float("nan"), float(reached[k : k + 2].mean())
+    begins = np.unique(np.clip(np.concatenate([time, time - lasts]), time[0], time[-1] - lasts))
+    rates = (np.interp(begins + lasts, time, strain) - np.interp(begins, time, strain)) / lasts
+    k = int(np.argmin(rates))
+    return float(rates[k]), float(begins[k] + lasts / 2)

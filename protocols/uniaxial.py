@@ -65,7 +65,7 @@ class UniaxialCompression(UntilFailure):
         return measure_between_platens(state, -1.0, self.gauges)
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
-        return _summary(curves, specimen, -1.0)
+        return _summary(curves, specimen, -1.0, self.gauges)
 
 
 @attrs.frozen(kw_only=True)
@@ -96,7 +96,7 @@ class UniaxialTension(UntilFailure):
         return measure_between_platens(state, 1.0, self.gauges)
 
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
-        return _summary(curves, specimen, 1.0)
+        return _summary(curves, specimen, 1.0, self.gauges)
 
 
 SAMPLES = 20  #: in each ramp
@@ -199,7 +199,7 @@ class BiaxialCompression(UntilFailure):
     def summary(self, curves: Curves, specimen: Specimen) -> dict[str, Any]:
         """Strength, strain from the confined state on, moduli from the deviator, certificate."""
         confining = int(self.confinement > 0 and curves[STAGE].max() > 0)
-        summary = _summary(after_stages(curves, confining, self.quantities), specimen, -1.0, DEVIATOR)
+        summary = _summary(after_stages(curves, confining, self.quantities), specimen, -1.0, self.gauges, DEVIATOR)
         stresses = {name: summary[name] + self.confinement for name in ("strength", "largest_stress")}
         return {"confinement": self.confinement, **summary, **stresses}
 
@@ -232,7 +232,9 @@ def _drives(sign: float, platens: Platens, moving: Moving) -> list[Drive]:
     return drives
 
 
-def _summary(curves: Curves, specimen: Specimen, sign: float, load: str = STRESS) -> dict[str, Any]:
+def _summary(
+    curves: Curves, specimen: Specimen, sign: float, gauges: Gauges, load: str = STRESS
+) -> dict[str, Any]:  # fmt: skip
     """Strength by the column ``load`` (Pa), the largest stress, moduli and certificate of a uniaxial test."""
-    moduli: dict[str, Any] = {**elastic_moduli(curves, specimen, sign, load)}
+    moduli: dict[str, Any] = {**elastic_moduli(curves, specimen, sign, load, gauges.axial)}
     return failure_summary(curves, load, STRAIN, {"failure_strain": STRAIN}, **moduli)

@@ -32,11 +32,12 @@ def loader(seen=SEEN, load=40.0, pace=2.0, time=9.0, momentum=(3.0, 8.0), damage
     steady = SimpleNamespace(pace=pace, vibration=lambda: 5.0, velocity=np.zeros(2), rises=False)
     made = object.__new__(Loader)
     made._seen = made._new = seen
-    made._wanted, made._highest, made._margin, made._sound = 1.0, 10.0, None, None
+    made._wanted, made._highest, made._margin, made._sound, made._repeated = 1.0, 10.0, None, None, 0
     made._state = SimpleNamespace(
         steady=steady, freedoms=SimpleNamespace(arrays=SimpleNamespace(mass=MASS, velocity=velocity)), time=time,
         began=4.0, boundaries=SimpleNamespace(largest_load=lambda: load), time_step=1e-3, usual_end=0.0,
-        memory=lambda name: np.array(damage), heat=SimpleNamespace(sign=0, target=None, temperature=20.0),
+        bonds=SimpleNamespace(memory=lambda name, otherwise: np.array(damage)), slip=np.zeros(3),
+        beyond_elastic=np.zeros((2, 3)), heat=SimpleNamespace(sign=0, target=None, temperature=20.0),
     )  # fmt: skip
     return made
 

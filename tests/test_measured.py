@@ -124,6 +124,26 @@ def test_steps_of_a_machine_are_no_failure(tmp_path):
     assert found["strength"] == 100 * MPa
 
 
+@pytest.mark.parametrize("timed", [False, True])
+def test_rows_that_are_written_from_the_end_are_turned(timed, tmp_path):
+    columns = [AXIAL * 100, -LATERAL * 100, STRESS / 1e6, *([np.arange(250.0)] if timed else [])]
+    head = ["Axial strain (%);Lateral strain (%);sigma_1 [MPa]" + ";time (s)" * timed]
+    forward = gl.read_curve(write(tmp_path / "a.csv", head, columns))
+    back = gl.read_curve(write(tmp_path / "b.csv", head, [column[::-1] for column in columns]))
+    assert back.summary == forward.summary
+    assert "rows turned: the newest is written first" in str(back)
+    assert "rows turned" not in str(forward)
+    assert back.laboratory.value("crack_damage") == forward.laboratory.value("crack_damage")
+
+
+@pytest.mark.parametrize("kind", ["Axial strain", "Lateral strain"])
+def test_of_two_gauges_it_is_asked_which(kind, tmp_path):
+    head = [f"Axial strain{' 1' * (kind[0] == 'A')};Lateral strain{' 1' * (kind[0] == 'L')};{kind} 2;stress (MPa)"]
+    columns = [AXIAL, LATERAL, AXIAL if kind[0] == "A" else LATERAL, STRESS / 1e6]
+    with pytest.raises(gl.ParameterError, match=f"'{kind} 1', '{kind} 2' may each be the"):
+        gl.read_curve(write(tmp_path / "x.csv", head, columns), strain="1", lateral_strain="1")
+
+
 def test_what_was_guessed_is_said(tmp_path):
     file = write(
         tmp_path / "lab.csv",

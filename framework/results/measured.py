@@ -48,6 +48,7 @@ if TYPE_CHECKING:
 
 FORCE, DISPLACEMENT = "force", "displacement"
 FEWEST = 10  #: rows of a curve
+BACKWARDS = 0.9  #: of the rows: so many whose strain is smaller than before are written from the end
 #: what a column may be: words of its name, and its unit in SI; the first that fits, so that the special come first
 KINDS: dict[str, tuple[str, str]] = {
     TIME: (r"\btime\b|\bzeit\b|^t$", "s"),
@@ -214,7 +215,8 @@ def _chosen(where: str, table: Any, given: Mapping[str, Any]) -> dict[str, TextC
         if guess in allowed and guess not in found:
             guessed.setdefault(str(guess), []).append(column)
     for kind, several in guessed.items():
-        axial = [column for column in several if re.search(r"axial|[_ ]?1$", column.name, re.I)] or several
+        first = kind not in (LATERAL_STRAIN, VOLUMETRIC_STRAIN)  # of sigma_1 and sigma_3, and of gauges along the axis
+        axial = [column for column in several if first and re.search(r"axial|[_ ]?1$", column.name, re.I)] or several
         if len(axial) > 1 and kind != TIME:
             titles = ", ".join(column.title for column in axial)
             raise ParameterError(
@@ -286,7 +288,11 @@ class _Reading:
             raise ParameterError(
                 f"{self.where}: {np.count_nonzero(both)} rows have a stress and a strain, it must be at least {FEWEST}"
             )
-        load, axial, others = load[both], axial[both], {kind: values[both] for kind, values in others.items()}
+        rows = np.flatnonzero(both)
+        if self._is_backwards(load[rows], axial[rows], rows):
+            rows = rows[::-1]
+            self.notes.append("rows turned: the newest is written first")
+        load, axial, others = load[rows], axial[rows], {kind: values[rows] for kind, values in others.items()}
         load = self._turned(load, int(np.argmax(np.abs(load))), 1.0, "stress")
         peak = int(np.argmax(load))
         written = 1.0 if axial[peak] >= 0 else -1.0
@@ -305,9 +311,18 @@ class _Reading:
         if TIME in self.chosen:
             column = self.chosen[TIME]
             unit = self.units[TIME] or column.unit or "s"
-            curves[TIME] = in_si(column.values[both], unit)
+            curves[TIME] = in_si(column.values[rows], unit)
             self._say(TIME, column, unit, guessed=not (self.units[TIME] or column.unit))
         return _from_confinement(curves) if DEVIATOR in curves else curves
+
+    def _is_backwards(self, load: np.ndarray, axial: np.ndarray, rows: np.ndarray) -> bool:
+        """Whether time runs backwards or, where there is none, nearly all strains come nearer to zero."""
+        if TIME in self.chosen:
+            time = self.chosen[TIME].values[rows]
+            return bool(time[-1] < time[0])
+        size = np.abs(axial)
+        shrinks = np.count_nonzero(np.diff(size) < 0) > BACKWARDS * np.count_nonzero(np.diff(size))
+        return bool(shrinks and abs(load[-1]) < abs(load[0]))
 
     def _say(self, kind: str, column: TextColumn, unit: str, *, guessed: bool, more: str = "") -> None:
         self.used.append(column)

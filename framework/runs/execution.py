@@ -219,8 +219,13 @@ class Execution:
         raise StageError(f"{waited}; it waits for {stage.ends}{self._stand(stage)}{parts}")
 
     def _warn_of_haste(self, stage: Stage) -> None:
-        """Where a stage ends at once that should have many samples: a number of a wrong size ends it so."""
-        if self.columns.count - self.at.first_sample == 1 and (stage.expected or 0) >= MANY:
+        """Where a stage ends at once that should have many samples: a number of a wrong size ends it so.
+
+        Not what a stage before waited for, too, as for a joint that has broken sooner than is usual.
+        """
+        earlier = [end for before in self.stages[: self.at.stage] for end in before.until]
+        known = any(end in earlier and _progress(end, self._seen_by_conditions(), stage) >= 1 for end in stage.until)
+        if not known and self.columns.count - self.at.first_sample == 1 and (stage.expected or 0) >= MANY:
             warnings.warn(
                 f"stage '{stage.name}' ended at its first sample, and {stage.expected} were expected: are its interval "
                 "and what it waits for in SI (m, s, Pa)?",

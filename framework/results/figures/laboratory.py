@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.projections.polar import PolarAxes
+from matplotlib.ticker import MaxNLocator
 
 from grainlaw.columns import TIME
 from grainlaw.drawing.figure import Figure, given_or_new, to_scale
@@ -79,6 +80,7 @@ def draw_thresholds(axes: Axes, laboratory: Laboratory) -> None:
             text = f"{label}: {stress / 1e6:.1f} MPa"
             axes.axhline(stress / 1e6, color=color, linestyle=style, linewidth=1.2, label=text)
     axes.set(xlabel="strain (%), extension positive", ylabel="axial stress (MPa)")
+    axes.locator_params(axis="x", nbins=5)
     axes.grid(alpha=0.25)
     axes.legend(frameon=False, fontsize="small", loc="lower left")
 
@@ -124,6 +126,7 @@ def draw_rose(axes: Axes, laboratory: Laboratory) -> None:
     if not (rose.tensile + rose.shear).any():
         axes.set(xlabel="no cracks", yticks=[])
         return
+    axes.set_yticks(MaxNLocator(3).tick_values(0, axes.get_ylim()[1])[1:-1])
     axes.legend(frameon=False, fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.14))
 
 
