@@ -305,3 +305,9 @@ def test_what_is_refused_is_refused_before_the_folder_is_made(wrong, tmp_path):
         result = invoke(*command, "--quick", "--set", wrong, "--out", folder)
         assert (result.exit_code, folder.exists()) == (2, False)
         assert "is not allowed" in " ".join(result.output.split())
+
+
+def test_a_template_refuses_a_wrong_key_of_laws_beside():
+    with pytest.raises(gl.ParameterError, match=r"there is no 'laws.q/f.tensile_strngth'; did you mean 'tensile_str"):
+        template("uniaxial-compression", {"laws": {"q/f": {"tensile_strngth": "3 MPa"}}})
+    assert "tensile_strength" in template("uniaxial-compression", {"laws": {"q/f": {"tensile_strength": "3 MPa"}}})

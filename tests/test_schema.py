@@ -111,6 +111,7 @@ def test_files_of_the_documents_fit(name, block):
         {"test": {"type": "uniaxial-compression", "loading": "heating-rate"}},
         {"sample": {"tessellator": "voronoy"}}, {"sample": {"region": "disk"}}, {"sample": {"grainz": 3}},
         {"numerics": {"refinement": -1}}, {"numerics": {"time_step_factor": 2}}, {"numerics": {"zones": "yes"}},
+        {"numerics": {"threads": 0}}, {"numerics": {"threads": "12"}}, {"numerics": {"threads": "all"}},
         {"sample": {"width": "50 MPa"}}, {"rock": {"type": "elastic", "youngs_modulus": "60 GPa/"}},
     ],
 )  # fmt: skip

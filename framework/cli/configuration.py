@@ -9,17 +9,28 @@ from typing import Any, ClassVar
 
 import attrs
 
-from grainlaw.cli.components import begin_with, choices, drafted, evolved, explained, name_of, own, settings
+from grainlaw.cli.components import (
+    begin_with,
+    choices,
+    drafted,
+    evolved,
+    explained,
+    name_of,
+    own,
+    refuse_unknown,
+    settings,
+)
 from grainlaw.cli.default_rock import LAWS, NAMES, ROCK
 from grainlaw.cli.law_file import find_with_files
-from grainlaw.cli.minerals import check_cracks, laws_by_key, materials
+from grainlaw.cli.minerals import check_cracks, laws_by_key, materials, table_of
 from grainlaw.cli.rock_file import checked_cite, is_rock, over_rock, rock_file
 from grainlaw.cli.sample import Sample, sample, with_notes
 from grainlaw.cli.sections import SECTIONS, Sections, toml
 from grainlaw.cli.setups import PRISM, SETUPS, SMALL_PRISM, Setup
 from grainlaw.contact import ContactLaw, Laws, check_names
+from grainlaw.declared import parameters_of
 from grainlaw.engine.model import Model
-from grainlaw.engine.thread_count import AUTO, Threads, checked_threads
+from grainlaw.engine.thread_count import AUTO, MOST_THREADS, Threads, checked_threads
 from grainlaw.fields import ParameterError, parameter, whole_number
 from grainlaw.material import Material, Rigid
 from grainlaw.messages import nearest, refusal, short
@@ -52,7 +63,10 @@ class Numerics:
     #: whether the files for ParaView have the stress and strain of each zone
     zones: bool = attrs.field(default=False, validator=_yes_or_no)
     #: that share the model
-    threads: Threads = attrs.field(default=AUTO, converter=lambda value: checked_threads("threads", value))
+    threads: Threads = attrs.field(
+        default=AUTO, converter=lambda value: checked_threads("threads", value),
+        metadata={"at_least": 1, "at_most": MOST_THREADS},
+    )  # fmt: skip
 
     @property
     def step_options(self) -> dict[str, Any]:
@@ -173,6 +187,11 @@ def template(name: str, sections: Sections, quick: bool = False) -> str:
     notes = {section: explained(base if isinstance(base, type) else type(base)) for section, base in bases.items()}
     grains = sample(setup.quick if quick else setup.sample, given["sample"])
     made["sample"], notes["sample"] = with_notes(grains.section)
+    for key, entry in given["laws"].items():
+        if "type" not in (table := table_of(entry, f"laws.{key}")):
+            refuse_unknown(
+                f"laws.{key}", table, [row[0] for row in parameters_of(law if isinstance(law, type) else type(law))]
+            )
     whole = given | made
     return f"# grainlaw test {name} --config FILE\n\n{toml({key: whole[key] for key in SECTIONS if whole[key]}, notes)}"
 

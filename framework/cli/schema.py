@@ -141,15 +141,16 @@ class _Made:
             options += quantity_schema(field.metadata["unit"], field.metadata.get("bounds"))
         if interface is not None:
             options.append(self.component(interface, field.metadata.get(WITHOUT)))
-        if "Threads" in str(field.type):
+        if of_threads := "Threads" in str(field.type):
             options.append({"enum": [AUTO]})
-        for kind in kinds if not options or "Threads" in str(field.type) else ():
+        for kind in kinds if not options or of_threads else ():
             if issubclass(kind, enum.Enum):
                 options.append(_either(map(as_written, kind.__members__)))
             elif kind is int:
                 whole = {"minimum": field.metadata.get("at_least"), "maximum": field.metadata.get("at_most")}
                 bounds = {key: bound for key, bound in whole.items() if bound is not None}
-                options += [{"type": "integer", **bounds}, {"type": "string", "pattern": r"^[+-]?\d+$"}]
+                options += [{"type": "integer", **bounds}]
+                options += [] if of_threads else [{"type": "string", "pattern": r"^[+-]?\d+$"}]
             elif kind in PLAIN:
                 options.append({"type": PLAIN[kind]})
             elif kind is not type(None):

@@ -301,10 +301,7 @@ def means(table: Table, by: list[str]) -> str:
     for entries in zip(*columns, strict=True):
         group: Mean = entries[0]
         most = max(entry.count for entry in entries)
-        cells = []
-        for name, entry in zip(names, entries, strict=True):
-            fewer = f" ({entry.count})" if 0 < entry.count < most else ""
-            cells.append(mean_in_words(entry, table.quantity(name)) + fewer)
+        cells = [mean_in_words(e, table.quantity(name), most) for name, e in zip(names, entries, strict=True)]
         rows.append([*(level(name, group.group[name]) for name in by), str(most), *cells])
     said = "means over the seeds, ± half of the 95 % interval; (2): over so many where fewer than n have it"
     return f"{aligned(rows, rule=True)}\n{said}"

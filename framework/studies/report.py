@@ -112,10 +112,12 @@ def _others(table: Table, by: Sequence[str]) -> dict[str, Any] | None:
         return None
     means = table.means(*by)
     columns = [", ".join(level(n, v) for n, v in entry.group.items()) or "all" for entry in means[names[0]]]
+    most = [max(entry.count for entry in entries) for entries in zip(*(means[name] for name in names), strict=True)]
     rows = []
     for name in names:
         look = table.quantity(name)
-        rows.append([look.heading, *(mean_in_words(entry, look) for entry in means[name])])
+        cells = (mean_in_words(entry, look, n) for entry, n in zip(means[name], most, strict=True))
+        rows.append([look.heading, *cells])
     return {"rows": rows, "heads": [", ".join(quantity_of(n).heading for n in by), *columns]}
 
 

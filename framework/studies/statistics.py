@@ -60,10 +60,14 @@ class Mean(Spread):
     group: dict[str, Any]  #: levels of the factors by which cases are grouped
 
 
-def mean_in_words(entry: Spread, look: Quantity) -> str:
-    """``12.3 ± 0.4``: a mean and half of its 95 % interval, which one sample has not."""
+def mean_in_words(entry: Spread, look: Quantity, most: int = 0) -> str:
+    """``12.3 ± 0.4``: a mean and half of its 95 % interval, which one sample has not.
+
+    Of fewer than ``most`` samples their number follows, ``12.3 ± 0.4 (2)``.
+    """
     half = (entry.interval[1] - entry.interval[0]) / 2
-    return look.text(entry.mean) if math.isnan(half) else f"{look.text(entry.mean)} ± {look.text(half)}"
+    fewer = f" ({entry.count})" if 0 < entry.count < most else ""
+    return look.text(entry.mean) + ("" if math.isnan(half) else f" ± {look.text(half)}") + fewer
 
 
 @attrs.frozen
