@@ -449,7 +449,7 @@ def main():
         residual={"type": float, "nargs": "+", "default": FACTORS["residual"], "help": "deg"},
         large={"default": 1000, "help": "grains of the larger specimens"},
         large_seeds={"default": 3, "help": "of the larger specimens, each ingredient alone"},
-        design_seeds={"default": 2, "help": "of the larger specimens, all ingredients but cells together"},
+        design_seeds={"default": 4, "help": "of the larger specimens, all ingredients but cells together"},
     )  # fmt: skip
     studies = {  #: all are made, and refused, before the first is run
         given.folder: study(given.grains, given.seeds, residual=given.residual),
