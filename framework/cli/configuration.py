@@ -29,7 +29,6 @@ from grainlaw.cli.sections import SECTIONS, Sections, toml
 from grainlaw.cli.setups import PRISM, SETUPS, SMALL_PRISM, Setup
 from grainlaw.contact import ContactLaw, Laws, check_names
 from grainlaw.declared import parameters_of
-from grainlaw.engine.model import Model
 from grainlaw.engine.thread_count import AUTO, MOST_THREADS, Threads, checked_threads
 from grainlaw.fields import ParameterError, parameter, whole_number
 from grainlaw.material import Material, Rigid
@@ -89,14 +88,16 @@ class Configuration:
 
     def check(self) -> None:
         """Raise what :func:`grainlaw.simulate` would raise before its first step."""
-        options = {**self.numerics.step_options, "frames": self.numerics.frames}
-        begun(Model(self.specimen, self.law), self.protocol, **options)
+        begun(self._run.model, self.protocol, frames=self.numerics.frames, **self.numerics.step_options)
 
     @property
     def key(self) -> str:
-        """Of the run."""
-        run = Run(self.specimen, self.law, self.protocol, **self.numerics.step_options)
-        return run.key(self.numerics.frames)
+        """Hex SHA-256 of all that decides the result."""
+        return self._run.key(self.numerics.frames)
+
+    @property
+    def _run(self) -> Run:
+        return Run(self.specimen, self.law, self.protocol, **self.numerics.step_options)
 
 
 def write_config(file: Path, name: str, sections: Sections, about: str = "") -> None:

@@ -38,7 +38,7 @@ from grainlaw.results.files import warn, without_nan
 from grainlaw.results.tables import write_json
 from grainlaw.runs.claim import RUN
 from grainlaw.runs.identity import digest, sources_hash
-from grainlaw.runs.progress_file import this_process
+from grainlaw.runs.progress_file import read, this_process
 from grainlaw.runs.stopping import Stopped
 from grainlaw.specimen import Specimen
 from grainlaw.tessellation import Tessellation
@@ -228,10 +228,7 @@ def origin() -> dict[str, Any]:
 
 def key_of(folder: Path) -> str | None:
     """The key of the run whose record lies in a folder; None where there is none that can be read."""
-    try:
-        found = json.loads((folder / RUN).read_text(encoding="utf-8")).get("key")
-    except (OSError, ValueError, AttributeError):
-        return None
+    found = (read(folder / RUN) or {}).get("key")
     return found if isinstance(found, str) else None
 
 
