@@ -256,6 +256,15 @@ def test_files_of_the_users_own_are_replaced_only_if_asked_to(name, tmp_path):
             assert claim.others == ("notes.txt",)
 
 
+def test_what_was_made_of_a_run_goes_with_it_and_is_nobody_elses(tmp_path):
+    """A certificate of the run before would stand beside another run."""
+    for name in ("run.json", "certificate.json", "show_in_paraview.py", "notes.txt"):
+        (tmp_path / name).write_text("{}")
+    with claimed(tmp_path, overwrite=True) as claim:
+        assert claim.others == ("notes.txt",)
+    assert sorted(each.name for each in tmp_path.iterdir()) == [".grainlaw.lock", "notes.txt"]
+
+
 def test_a_folder_that_holds_no_run_is_left_alone(tmp_path):
     (tmp_path / "curves.csv").write_text("mine")
     with claimed(tmp_path, overwrite=True):

@@ -31,9 +31,11 @@ WHOLE = "whole"  #: in it: a file that says that all of the old run lies there
 COMMON = ("config.toml", "summary.json", "curves.csv", "cracks.csv", "report.html", RESULT)
 #: what only a restart needs
 FOR_RESTART = (CHECKPOINT, f"{FRAMES}/*.npz", FRAMES)
+#: what commands make of a run beside what it writes itself
+EXTRAS = ("show_in_paraview.py", "certificate.json", "interactive.html", "cracks.gif")
 #: what runs write to their folders, and --overwrite removes; the record last, for it says that this is a run
 WRITTEN = (
-    *FOR_RESTART, PROGRESS, "watch.html", *COMMON, "comparison.png", "cracks_*.png",
+    *FOR_RESTART, PROGRESS, "watch.html", *COMMON, *EXTRAS, "comparison.png", "cracks_*.png",
     f"{LAW_FILES}/**/*", LAW_FILES, f"{MATERIAL_FILES}/**/*", MATERIAL_FILES, f"{TEST_FILES}/**/*", TEST_FILES,
     f"{GRAIN_FILES}/*", GRAIN_FILES,
     *(f"{name}{end}" for name in ("grains", "cracks", "contacts") for end in (".pvd", "_*.vtu")), RUN,
