@@ -21,8 +21,9 @@ from grainlaw.geometry import Bricks, rectangle
 from grainlaw.laws import CohesiveCrack
 from grainlaw.materials import Thermal
 from grainlaw.results import files
+from grainlaw.results.files import PARAVIEW
 from grainlaw.results.frames import FrameClock, packed, take_frame, unpacked
-from grainlaw.results.paraview import NAME, write_script
+from grainlaw.results.paraview import write_script
 from grainlaw.results.tables import breaks
 from grainlaw.results.vtk import VtkSeries, VtkWriter, principal, strains, tensors
 from grainlaw.units import mm
@@ -361,7 +362,7 @@ def shown(file, monkeypatch, *arguments):
 
 def test_the_script_opens_what_a_result_has_written(made, paraview, monkeypatch):
     folder = made[1]
-    shown(folder / NAME, monkeypatch, "picture.png")
+    shown(folder / PARAVIEW, monkeypatch, "picture.png")
     assert paraview["opened"] == [folder / "grains.pvd", folder / "cracks.pvd"]
     assert paraview["coloured"] == [("grains", "stress_2"), ("cracks", "mode")]
     assert paraview["saved"] == ["picture.png"]
@@ -373,14 +374,14 @@ def test_colours_of_grains_that_bear_nothing_end_below_nothing(tmp_path):
         frame = SimpleNamespace(stress=np.full((3, 3), stress) * [1.0, 1.0, 0.0])
         result = SimpleNamespace(specimen=SimpleNamespace(grains=grains), frames=[frame])
         write_script(tmp_path, [[("alone", ".", result)]])
-        text = (tmp_path / NAME).read_text("utf-8")
+        text = (tmp_path / PARAVIEW).read_text("utf-8")
         assert f"\nLOWEST = {lowest!r}  #" in text
         assert f"\nWIDTH, HEIGHT = {1.3 * 0.02!r}, {1.3 * 0.04!r}  #" in text
     flat = SimpleNamespace(
         specimen=SimpleNamespace(grains=SimpleNamespace(vertices=np.diag([0.05, 0.01]))), frames=[frame]
     )
     write_script(tmp_path, [[("one", "a", result), ("other", "b", flat)]])
-    assert f"\nWIDTH, HEIGHT = {1.3 * 0.05!r}, {1.3 * 0.04!r}  #" in (tmp_path / NAME).read_text("utf-8")
+    assert f"\nWIDTH, HEIGHT = {1.3 * 0.05!r}, {1.3 * 0.04!r}  #" in (tmp_path / PARAVIEW).read_text("utf-8")
 
 
 @pytest.mark.thorough
@@ -390,7 +391,7 @@ def test_the_script_of_a_comparison_shows_all_runs_beside_each_other(tmp_path, p
     result = invoke(*few, *options, "--set", "numerics.zones=true")
     assert result.exit_code == 0, result.output
     (tmp_path / "out").rename(tmp_path / "moved")  # it finds its files from its own place
-    shown(tmp_path / "moved" / NAME, monkeypatch)
+    shown(tmp_path / "moved" / PARAVIEW, monkeypatch)
     runs = {file.parent.name for file in paraview["opened"]}
     assert runs == {"linear_seed_1", "mohr-coulomb_seed_1", "linear_seed_2", "mohr-coulomb_seed_2"}
     assert set(paraview["named"]) == {

@@ -29,14 +29,12 @@ from grainlaw.results.result import Result
 from grainlaw.results.tables import write_json
 from grainlaw.results.vtk import VtkWriter
 from grainlaw.runs.certify import limit_of, slower
-from grainlaw.runs.claim import Claim
+from grainlaw.runs.claim import ANIMATION, CERTIFICATE, INTERACTIVE, Claim
 from grainlaw.runs.progress import Progress, RunBar
 from grainlaw.runs.record import versions
 from grainlaw.runs.run_folder import checkpoint_of
 from grainlaw.runs.simulation import simulate
 
-INTERACTIVE = "interactive.html"  #: in the folder of a run
-ANIMATION = "cracks.gif"
 FOLLOWED = 20  #: contact points that break first, whose paths an interactive page has
 
 
@@ -151,5 +149,5 @@ def _certify(name: str, result: Result, chosen: Configuration, device: Gpu | Non
         )  # fmt: skip
     found = limit_of(result, other)
     content = attrs.asdict(found) | {"limit": found.limit, "error": found.error}
-    write_json(claim.path / "certificate.json", content)
+    write_json(claim.path / CERTIFICATE, content)
     answer(f"\n{found}", certificate=content)

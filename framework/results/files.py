@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 RESERVE = 32 * 2**20  #: bytes that pictures leave free for curves, summary and checkpoints, or a tenth of a small disk
+PARAVIEW = "show_in_paraview.py"  #: not paraview.py, which would hide the module of that name from itself
 RESULT = "result.npz"  #: in the folder of grainlaw test: all of a result, with its frames
 Arrays = dict[str, np.ndarray]  #: of a file, by names such as curves/strain
 

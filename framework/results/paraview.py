@@ -8,11 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from grainlaw.results.files import write_text
+from grainlaw.results.files import PARAVIEW, write_text
 from grainlaw.results.result import Result
 from grainlaw.results.vtk import principal
 
-NAME = "show_in_paraview.py"  #: not paraview.py, which would hide the module of that name from itself
 ROOM = 1.3  #: widths of a specimen from one to the next
 
 SCRIPT = '''"""Runs beside each other in ParaView: Tools > Python Shell > Run Script, or paraview --script={script}.
@@ -112,6 +111,6 @@ def write_script(folder: str | os.PathLike[str], rows: Sequence[Sequence[tuple[s
     places = ",".join(f"\n    {[(name, place) for name, place, _ in row]!r}" for row in rows)
     whole = Path(folder).resolve()
     text = SCRIPT.format(
-        script=NAME, folder=str(whole), runs=f"[{places},\n]", width=width, height=height, lowest=min(lowest, -1.0)
+        script=PARAVIEW, folder=str(whole), runs=f"[{places},\n]", width=width, height=height, lowest=min(lowest, -1.0)
     )
-    write_text(whole / NAME, text)
+    write_text(whole / PARAVIEW, text)

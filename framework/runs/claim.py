@@ -14,7 +14,7 @@ import attrs
 from filelock import FileLock, Timeout
 
 from grainlaw.fields import ParameterError
-from grainlaw.results.files import RESULT, file_name, writable_folder
+from grainlaw.results.files import PARAVIEW, RESULT, file_name, writable_folder
 from grainlaw.runs.progress_file import PROGRESS
 
 RUN, CHECKPOINT, FRAMES, LOCK = "run.json", "checkpoint.npz", "frames", ".grainlaw.lock"
@@ -31,8 +31,9 @@ WHOLE = "whole"  #: in it: a file that says that all of the old run lies there
 COMMON = ("config.toml", "summary.json", "curves.csv", "cracks.csv", "report.html", RESULT)
 #: what only a restart needs
 FOR_RESTART = (CHECKPOINT, f"{FRAMES}/*.npz", FRAMES)
+INTERACTIVE, ANIMATION, CERTIFICATE = "interactive.html", "cracks.gif", "certificate.json"
 #: what commands make of a run beside what it writes itself
-EXTRAS = ("show_in_paraview.py", "certificate.json", "interactive.html", "cracks.gif")
+EXTRAS = (PARAVIEW, CERTIFICATE, INTERACTIVE, ANIMATION)
 #: what runs write to their folders, and --overwrite removes; the record last, for it says that this is a run
 WRITTEN = (
     *FOR_RESTART, PROGRESS, "watch.html", *COMMON, *EXTRAS, "comparison.png", "cracks_*.png",

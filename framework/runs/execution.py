@@ -223,9 +223,10 @@ class Execution:
 
         Not what a stage before waited for, too, as for a joint that has broken sooner than is usual.
         """
+        if self.columns.count - self.at.first_sample > 1 or (stage.expected or 0) < MANY:
+            return
         earlier = [end for before in self.stages[: self.at.stage] for end in before.until]
-        known = any(end in earlier and _progress(end, self._seen_by_conditions(), stage) >= 1 for end in stage.until)
-        if not known and self.columns.count - self.at.first_sample == 1 and (stage.expected or 0) >= MANY:
+        if not any(end in earlier and _progress(end, self._seen_by_conditions(), stage) >= 1 for end in stage.until):
             warnings.warn(
                 f"stage '{stage.name}' ended at its first sample, and {stage.expected} were expected: are its interval "
                 "and what it waits for in SI (m, s, Pa)?",
